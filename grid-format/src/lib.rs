@@ -1,1 +1,76 @@
-//! Placeholder.
+//! The ambient-occlusion grid file (`*.ao.ktx2`): a 3D texture that any KTX2 reader opens as
+//! data, plus the few facts a renderer needs to place and decode it.
+//!
+//! ```
+//! use aogrid_grid_format::{Encoding, Grid, GridSpec, TexelFormat};
+//! # use aogrid_grid_format::{BakeRecord, Boundary, BoundaryMode, Interior, Method, Source};
+//! let spec = GridSpec::new([8, 8, 8], [0.0; 3], [1.5; 3])?;
+//! // One (a, d) pair per cell, x fastest: here nothing is occluded anywhere.
+//! let cells = vec![[0.0_f32; 4]; spec.cell_count()];
+//! # let record = BakeRecord {
+//! #     epsilon: Some(0.1), sample_offset: [0.0; 3], method: Method::Faces { size: 16 },
+//! #     max_distance: None, interior: Interior::Fill, interior_cells: 0,
+//! #     boundary: Boundary { requested: BoundaryMode::None, applied: BoundaryMode::None, v_m: 0.0 },
+//! #     source: Source { name: "nothing.obj".into(), part: None, blake3: "0".repeat(64), triangles: 1 },
+//! # };
+//! let grid = Grid::encode(spec, Encoding::Cone, TexelFormat::Unorm8, &cells, record)?;
+//! let bytes = grid.to_bytes();
+//! let same = Grid::from_bytes(&bytes)?;
+//! assert_eq!(same.texels(), grid.texels()); // upload these as an Rgba8Unorm 3D texture
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Theory
+//!
+//! A cell stores the set of directions in which the object hides the sky as a cone (RR-5779,
+//! section 5): `a`, the hidden fraction of the full sphere in 0..1 (RR-5779 eq. 5), and `d`,
+//! the unit axis of the cone in object axes, from the cell towards the object. The file never
+//! holds an angle. [`Encoding::Occlusion`] keeps `a` alone (RR-5779, section 4).
+//!
+//! What we do differently: the direction's byte is `round(127 d) + 128`, so that the zero
+//! vector of an open cell is exact; the printed remapping of −1..1 to 0..255 has no zero.
+//!
+//! # Practice
+//!
+//! * [`GridSpec`]: how many cells, and where in the object's space. Checked once, on
+//!   construction.
+//! * [`Grid`]: a spec, encoded texels and the [`BakeRecord`] of how they were made.
+//!   [`Grid::to_bytes`] and [`Grid::from_bytes`] are each other's inverse, bit for bit.
+//! * [`TexelFormat`]: 8-bit unorm, f16 or f32, each with its documented largest error.
+//!
+//! The crate knows no mesh and no GPU.
+//!
+//! # The file
+//!
+//! A plain KTX2 3D texture, little-endian: `R8_UNORM`, `R16_SFLOAT` or `R32_SFLOAT` for
+//! `occlusion`, the four-channel formats of the same kinds for `cone`; layerCount 0, faceCount
+//! 1, levelCount 1, no supercompression, never sRGB. Three key/value pairs, sorted by key, each
+//! NUL-terminated and padded to 4 bytes: `KTXorientation` = `ruo` (x right, y up, z out of the
+//! page), `KTXwriter`, and `aogrid`, a JSON object:
+//!
+//! | key | value |
+//! |---|---|
+//! | `version` | profile version `"major.minor"`; a reader refuses a newer major |
+//! | `encoding` | `"occlusion"` or `"cone"` |
+//! | `center`, `half_extents` | the box, three numbers each, object units |
+//! | `bake` | the [`BakeRecord`] |
+//! | `mean`, `largest` | of the stored a over all cells |
+//!
+//! It holds no time, machine, adapter or thread count: equal bakes are equal bytes.
+
+mod encoding;
+mod error;
+mod grid;
+mod layout;
+mod metadata;
+mod read;
+mod spec;
+mod write;
+
+pub use encoding::{Encoding, TexelFormat};
+pub use error::{EncodeError, ReadError, SpecError};
+pub use grid::{Grid, Statistics};
+pub use metadata::{
+    BakeRecord, Boundary, BoundaryMode, FACE_SIZES, Interior, Method, RAY_COUNTS, Source,
+};
+pub use spec::{GridSpec, MAX_CELLS, MAX_RESOLUTION, MIN_RESOLUTION};

@@ -1,0 +1,170 @@
+//! A grid in memory: what the file holds.
+
+use crate::{BakeRecord, EncodeError, Encoding, GridSpec, TexelFormat};
+
+/// An encoded grid: texels ready for upload, where they lie, and how they were made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid {
+    pub(crate) spec: GridSpec,
+    pub(crate) encoding: Encoding,
+    pub(crate) format: TexelFormat,
+    pub(crate) record: BakeRecord,
+    pub(crate) statistics: Statistics,
+    pub(crate) writer: String,
+    pub(crate) texels: Vec<u8>,
+}
+
+/// What the stored occlusion amounts to, over all cells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Statistics {
+    /// The mean of a, 0..1.
+    pub mean: f64,
+    /// The largest a, 0..1.
+    pub largest: f32,
+}
+
+impl Grid {
+    /// Encodes `cells`, one `[dx, dy, dz, a]` for each of the spec's, x fastest: d the unit
+    /// axis towards the object (or zero where nothing is occluded), a the occluded fraction.
+    /// [`Encoding::Occlusion`] keeps only a.
+    ///
+    /// # Errors
+    ///
+    /// Another number of cells than the spec's; a outside 0..=1 or a component of d outside
+    /// −1..=1.
+    pub fn encode(
+        spec: GridSpec,
+        encoding: Encoding,
+        format: TexelFormat,
+        cells: &[[f32; 4]],
+        record: BakeRecord,
+    ) -> Result<Self, EncodeError> {
+        if cells.len() != spec.cell_count() {
+            return Err(EncodeError::CellCount {
+                expected: spec.cell_count(),
+                found: cells.len(),
+            });
+        }
+        let mut texels =
+            Vec::with_capacity(cells.len() * encoding.channels() * format.channel_bytes());
+        for (idx, &value) in cells.iter().enumerate() {
+            if !is_cone(value) {
+                let cell = spec.cell_at(idx);
+                return Err(EncodeError::Value { cell, value });
+            }
+            let [x, y, z, a] = value;
+            if encoding == Encoding::Cone {
+                [x, y, z]
+                    .into_iter()
+                    .for_each(|d| format.push_component(d, &mut texels));
+            }
+            format.push_fraction(a, &mut texels);
+        }
+        let mut grid = Self {
+            spec,
+            encoding,
+            format,
+            record,
+            statistics: Statistics {
+                mean: 0.0,
+                largest: 0.0,
+            },
+            writer: Self::current_writer(),
+            texels,
+        };
+        grid.statistics = grid.measure();
+        Ok(grid)
+    }
+
+    /// What a file written by this version says of its writer.
+    pub fn current_writer() -> String {
+        format!("aogrid {}", env!("CARGO_PKG_VERSION"))
+    }
+
+    /// Where the cells lie.
+    pub fn spec(&self) -> &GridSpec {
+        &self.spec
+    }
+
+    /// What a texel means.
+    pub fn encoding(&self) -> Encoding {
+        self.encoding
+    }
+
+    /// How a value is stored.
+    pub fn format(&self) -> TexelFormat {
+        self.format
+    }
+
+    /// How the texels were made.
+    pub fn record(&self) -> &BakeRecord {
+        &self.record
+    }
+
+    /// The mean and largest occlusion, as recorded in the file.
+    pub fn statistics(&self) -> Statistics {
+        self.statistics
+    }
+
+    /// The mean and largest occlusion, from the texels. Differs from
+    /// [`Grid::statistics`] only if the texels were changed after the bake.
+    pub fn measure(&self) -> Statistics {
+        let fractions = (0..self.spec.cell_count()).map(|idx| self.cone(idx)[3]);
+        let (mut sum, mut largest) = (0.0_f64, 0.0_f32);
+        for a in fractions {
+            sum += f64::from(a);
+            largest = largest.max(a);
+        }
+        Statistics {
+            mean: sum / self.spec.cell_count() as f64,
+            largest,
+        }
+    }
+
+    /// The program that wrote the file, for example `aogrid 0.1.0`.
+    pub fn writer(&self) -> &str {
+        &self.writer
+    }
+
+    /// The texels as they are uploaded: x fastest, no padding, little-endian.
+    pub fn texels(&self) -> &[u8] {
+        &self.texels
+    }
+
+    /// Bytes per texel.
+    pub fn texel_bytes(&self) -> usize {
+        self.encoding.channels() * self.format.channel_bytes()
+    }
+
+    /// The decoded values of the cell at `idx` in memory: `[dx, dy, dz, a]`, where d is as
+    /// stored (a unit vector but for quantisation) and zero for [`Encoding::Occlusion`].
+    ///
+    /// # Panics
+    ///
+    /// If `idx` is not below [`GridSpec::cell_count`].
+    pub fn cone(&self, idx: usize) -> [f32; 4] {
+        let texel = &self.texels[idx * self.texel_bytes()..][..self.texel_bytes()];
+        let channel = |c: usize| &texel[c * self.format.channel_bytes()..];
+        match self.encoding {
+            Encoding::Occlusion => [0.0, 0.0, 0.0, self.format.fraction(texel)],
+            Encoding::Cone => {
+                let d = |c| self.format.component(channel(c));
+                [d(0), d(1), d(2), self.format.fraction(channel(3))]
+            }
+        }
+    }
+
+    /// The stored values of all cells, channels as stored (`a`, or `dx, dy, dz, a`), x fastest.
+    pub fn decode(&self) -> Vec<f32> {
+        let first = 4 - self.encoding.channels();
+        (0..self.spec.cell_count())
+            .flat_map(|idx| self.cone(idx).into_iter().skip(first))
+            .collect()
+    }
+}
+
+/// Whether the values can be those of a cell.
+pub(crate) fn is_cone([x, y, z, a]: [f32; 4]) -> bool {
+    // Comparisons with NaN are false.
+    [x, y, z].iter().all(|d| d.abs() <= 1.0) && (0.0..=1.0).contains(&a)
+}

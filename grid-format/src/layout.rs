@@ -1,0 +1,78 @@
+//! Where KTX2 puts things, for the one kind of texture that this profile allows: 80 bytes of
+//! header, one level index entry, the data format descriptor, key/value data, the level.
+
+use ktx2::{Format, Header, LevelIndex, dfd};
+
+use crate::{Encoding, TexelFormat};
+
+/// The profile's version. A reader takes any minor of its own major.
+pub(crate) const PROFILE_MAJOR: u32 = 1;
+pub(crate) const PROFILE_MINOR: u32 = 0;
+
+/// Key of the profile's JSON.
+pub(crate) const METADATA_KEY: &str = "aogrid";
+pub(crate) const ORIENTATION_KEY: &str = "KTXorientation";
+pub(crate) const WRITER_KEY: &str = "KTXwriter";
+pub(crate) const ORIENTATION: &str = "ruo";
+
+/// Where the data format descriptor starts: behind the header and the one level's index entry.
+pub(crate) const DFD_START: usize = Header::LENGTH + LevelIndex::LENGTH;
+
+/// The Vulkan format of an encoding's texels.
+pub(crate) fn vk_format(encoding: Encoding, format: TexelFormat) -> Format {
+    match (encoding, format) {
+        (Encoding::Occlusion, TexelFormat::Unorm8) => Format::R8_UNORM,
+        (Encoding::Occlusion, TexelFormat::F16) => Format::R16_SFLOAT,
+        (Encoding::Occlusion, TexelFormat::F32) => Format::R32_SFLOAT,
+        (Encoding::Cone, TexelFormat::Unorm8) => Format::R8G8B8A8_UNORM,
+        (Encoding::Cone, TexelFormat::F16) => Format::R16G16B16A16_SFLOAT,
+        (Encoding::Cone, TexelFormat::F32) => Format::R32G32B32A32_SFLOAT,
+    }
+}
+
+/// The inverse of [`vk_format`]: none for a format outside the profile.
+pub(crate) fn texel_kind(format: Option<Format>) -> Option<(Encoding, TexelFormat)> {
+    let kinds = Encoding::ALL
+        .into_iter()
+        .flat_map(|e| TexelFormat::ALL.map(|f| (e, f)));
+    kinds
+        .into_iter()
+        .find(|&(e, f)| Some(vk_format(e, f)) == format)
+}
+
+/// The data format descriptor section, its leading total length included, and the header's
+/// type size.
+pub(crate) fn descriptor(format: Format) -> (Vec<u8>, u32) {
+    let (basic, type_size) =
+        dfd::Basic::from_format(format).expect("the profile's formats are all in ktx2's table");
+    let block = dfd::Block::Basic(basic).to_vec();
+    let total = (block.len() + 4) as u32;
+    ([&total.to_le_bytes()[..], &block].concat(), type_size)
+}
+
+/// Where the level starts: the first multiple of both 4 and the texel's bytes at or after
+/// `end` of the key/value data. Texels here have 1, 2 or 4 · 2ⁿ bytes, so that is the larger.
+pub(crate) fn level_start(end: usize, texel_bytes: usize) -> usize {
+    end.next_multiple_of(texel_bytes.max(4))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_has_a_format_of_its_own() {
+        for encoding in Encoding::ALL {
+            for format in TexelFormat::ALL {
+                let vk = vk_format(encoding, format);
+                assert_eq!(texel_kind(Some(vk)), Some((encoding, format)));
+                let (bytes, type_size) = descriptor(vk);
+                assert_eq!(type_size as usize, format.channel_bytes());
+                // 4 of total length, 24 of basic block, 16 for each channel's sample.
+                assert_eq!(bytes.len(), 28 + 16 * encoding.channels());
+            }
+        }
+        assert_eq!(texel_kind(Some(Format::R8G8B8A8_SRGB)), None);
+        assert_eq!(texel_kind(None), None);
+    }
+}

@@ -1,0 +1,267 @@
+//! Bytes → grid. Everything is checked here, once: a [`Grid`] that exists is whole.
+//!
+//! The layout of KTX2 is fixed for one level without supercompression, so each offset has one
+//! right value. That keeps overlapping and hidden sections out. No allocation exceeds the
+//! file's own length by more than a constant.
+
+use ktx2::{Header, LevelIndex};
+use serde::Deserialize;
+
+use crate::grid::is_cone;
+use crate::layout::{self, METADATA_KEY, PROFILE_MAJOR, WRITER_KEY};
+use crate::write::FileMetadata;
+use crate::{Encoding, Grid, GridSpec, ReadError, Statistics, TexelFormat};
+
+impl Grid {
+    /// Reads a grid from the bytes of its file.
+    ///
+    /// # Errors
+    ///
+    /// Anything that is not exactly what [`Grid::to_bytes`] writes, up to unknown JSON keys
+    /// and key/value pairs, which are ignored, and a newer minor version. Never panics.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, ReadError> {
+        let header = read_header(bytes)?;
+        let (texture_encoding, format) = check_kind(&header)?;
+        let kvd_start = check_descriptor(bytes, &header)?;
+        let (kvd, kvd_end) = key_value_section(bytes, &header, kvd_start)?;
+        let pairs = parse_key_values(kvd)?;
+        let metadata = parse_metadata(&pairs)?;
+        let encoding = named_encoding(&metadata.encoding)?;
+        if encoding.channels() != texture_encoding.channels() {
+            return Err(ReadError::Channels {
+                encoding: encoding.name(),
+                expected: encoding.channels(),
+                found: texture_encoding.channels(),
+            });
+        }
+        let resolution = [header.pixel_width, header.pixel_height, header.pixel_depth];
+        let spec = GridSpec::new(resolution, metadata.center, metadata.half_extents)?;
+        let texel_bytes = encoding.channels() * format.channel_bytes();
+        let texels = level(bytes, kvd_end, texel_bytes, &spec)?;
+        let grid = Self {
+            spec,
+            encoding,
+            format,
+            statistics: read_statistics(&metadata)?,
+            record: metadata.bake,
+            writer: find(&pairs, WRITER_KEY).unwrap_or_default().to_owned(),
+            texels: texels.to_vec(),
+        };
+        grid.check_texels()?;
+        Ok(grid)
+    }
+
+    fn check_texels(&self) -> Result<(), ReadError> {
+        match (0..self.spec.cell_count()).find(|&idx| !is_cone(self.cone(idx))) {
+            Some(idx) => Err(ReadError::Texel(self.spec.cell_at(idx))),
+            None => Ok(()),
+        }
+    }
+}
+
+fn read_header(bytes: &[u8]) -> Result<Header, ReadError> {
+    if bytes.len() >= ktx2::MAGIC.len() && !bytes.starts_with(&ktx2::MAGIC) {
+        return Err(ReadError::NotKtx2);
+    }
+    let head = slice(bytes, 0, Header::LENGTH, "the header")?;
+    let head = head.try_into().expect("the slice has the header's length");
+    Header::from_bytes(head).map_err(|error| ReadError::NotAGrid(error.to_string()))
+}
+
+/// The encoding and format that the texture's kind stands for.
+fn check_kind(header: &Header) -> Result<(Encoding, TexelFormat), ReadError> {
+    let refuse = |why: String| Err(ReadError::NotAGrid(why));
+    if header.supercompression_scheme.is_some() {
+        return refuse("it is supercompressed".into());
+    }
+    let Some((encoding, format)) = layout::texel_kind(header.format) else {
+        return refuse(match header.format {
+            Some(format) => format!("its format {format:?} is not one of the profile's"),
+            None => "its format is undefined".into(),
+        });
+    };
+    if header.pixel_height == 0 || header.pixel_depth == 0 {
+        return refuse("it is not a 3D texture".into());
+    }
+    if (header.layer_count, header.face_count, header.level_count) != (0, 1, 1) {
+        return refuse(format!(
+            "layerCount, faceCount and levelCount are {}, {} and {}, not 0, 1 and 1",
+            header.layer_count, header.face_count, header.level_count
+        ));
+    }
+    Ok((encoding, format))
+}
+
+/// Compares the data format descriptor with the one that the format has; gives its end.
+fn check_descriptor(bytes: &[u8], header: &Header) -> Result<usize, ReadError> {
+    let format = header.format.expect("checked with the kind");
+    let (expected, type_size) = layout::descriptor(format);
+    let what = "the data format descriptor";
+    placed(what, layout::DFD_START, header.index.dfd_byte_offset.into())?;
+    let found = slice(bytes, layout::DFD_START, expected.len(), what)?;
+    if header.index.dfd_byte_length as usize != expected.len()
+        || found != expected
+        || header.type_size != type_size
+    {
+        return Err(ReadError::NotAGrid(format!(
+            "its data format descriptor is not that of {format:?}"
+        )));
+    }
+    Ok(layout::DFD_START + expected.len())
+}
+
+fn key_value_section<'a>(
+    bytes: &'a [u8],
+    header: &Header,
+    start: usize,
+) -> Result<(&'a [u8], usize), ReadError> {
+    let index = &header.index;
+    if index.kvd_byte_length == 0 {
+        return Err(ReadError::NoMetadata);
+    }
+    let what = "the key/value data";
+    placed(what, start, index.kvd_byte_offset.into())?;
+    let length = index.kvd_byte_length as usize;
+    let kvd = slice(bytes, start, length, what)?;
+    placed("supercompression global data", 0, index.sgd_byte_offset)?;
+    if index.sgd_byte_length != 0 {
+        return Err(ReadError::NotAGrid(
+            "it has supercompression global data".into(),
+        ));
+    }
+    Ok((kvd, start + length))
+}
+
+/// The pairs of the key/value section, values without their terminating NUL. Pairs whose
+/// value is not text are left out.
+fn parse_key_values(mut kvd: &[u8]) -> Result<Vec<(&str, &str)>, ReadError> {
+    let mut pairs = Vec::new();
+    while !kvd.is_empty() {
+        let Some((length, rest)) = kvd.split_first_chunk::<4>() else {
+            return Err(ReadError::KeyValue("a pair's length is cut"));
+        };
+        let length = u32::from_le_bytes(*length) as usize;
+        let Some(pair) = rest.get(..length) else {
+            return Err(ReadError::KeyValue("a pair is longer than the section"));
+        };
+        let Some(nul) = pair.iter().position(|&byte| byte == 0) else {
+            return Err(ReadError::KeyValue("a key has no end"));
+        };
+        let key = std::str::from_utf8(&pair[..nul])
+            .map_err(|_| ReadError::KeyValue("a key is not UTF-8"))?;
+        let value = pair[nul + 1..].strip_suffix(&[0]);
+        if let Some(Ok(value)) = value.map(std::str::from_utf8) {
+            pairs.push((key, value));
+        }
+        // The last pair's padding may not be cut either.
+        kvd = rest
+            .get(length.next_multiple_of(4)..)
+            .ok_or(ReadError::KeyValue("a pair's padding is cut"))?;
+    }
+    Ok(pairs)
+}
+
+fn find<'a>(pairs: &[(&str, &'a str)], key: &str) -> Option<&'a str> {
+    pairs
+        .iter()
+        .find(|(name, _)| *name == key)
+        .map(|(_, value)| *value)
+}
+
+fn parse_metadata(pairs: &[(&str, &str)]) -> Result<FileMetadata, ReadError> {
+    /// What every version of the profile has.
+    #[derive(Deserialize)]
+    struct Version {
+        version: String,
+    }
+    let json = find(pairs, METADATA_KEY).ok_or(ReadError::NoMetadata)?;
+    let Version { version } = serde_json::from_str(json).map_err(ReadError::Metadata)?;
+    let major = version
+        .split_once('.')
+        .and_then(|(major, _)| major.parse().ok());
+    match major {
+        Some(PROFILE_MAJOR) => serde_json::from_str(json).map_err(ReadError::Metadata),
+        Some(newer) if newer > PROFILE_MAJOR => Err(ReadError::NewerVersion(newer)),
+        _ => Err(ReadError::MetadataRange("version")),
+    }
+}
+
+fn named_encoding(name: &str) -> Result<Encoding, ReadError> {
+    let found = Encoding::ALL.into_iter().find(|e| e.name() == name);
+    found.ok_or_else(|| ReadError::UnknownEncoding(name.to_owned()))
+}
+
+fn read_statistics(metadata: &FileMetadata) -> Result<Statistics, ReadError> {
+    let fractions = [
+        ("mean", metadata.mean),
+        ("largest", metadata.largest.into()),
+    ];
+    let wrong = fractions.iter().find(|(_, v)| !(0.0..=1.0).contains(v));
+    let name = wrong
+        .map(|(name, _)| *name)
+        .or(metadata.bake.out_of_range());
+    match name {
+        Some(name) => Err(ReadError::MetadataRange(name)),
+        None => Ok(Statistics {
+            mean: metadata.mean,
+            largest: metadata.largest,
+        }),
+    }
+}
+
+/// The one level's bytes, which end the file.
+fn level<'a>(
+    bytes: &'a [u8],
+    kvd_end: usize,
+    texel_bytes: usize,
+    spec: &GridSpec,
+) -> Result<&'a [u8], ReadError> {
+    let entry = slice(
+        bytes,
+        Header::LENGTH,
+        LevelIndex::LENGTH,
+        "the level's index",
+    )?;
+    let entry = LevelIndex::from_bytes(entry.try_into().expect("the slice has its length"));
+    let start = layout::level_start(kvd_end, texel_bytes);
+    placed("the level", start, entry.byte_offset)?;
+    let length = spec.cell_count() * texel_bytes;
+    for found in [entry.byte_length, entry.uncompressed_byte_length] {
+        if found != length as u64 {
+            return Err(ReadError::LevelLength {
+                expected: length as u64,
+                found,
+            });
+        }
+    }
+    let texels = slice(bytes, start, length, "the level")?;
+    match bytes.len() - (start + length) {
+        0 => Ok(texels),
+        extra => Err(ReadError::TrailingBytes(extra as u64)),
+    }
+}
+
+fn placed(what: &'static str, expected: usize, found: u64) -> Result<(), ReadError> {
+    if found == expected as u64 {
+        return Ok(());
+    }
+    Err(ReadError::Misplaced {
+        what,
+        expected: expected as u64,
+        found,
+    })
+}
+
+fn slice<'a>(
+    bytes: &'a [u8],
+    start: usize,
+    length: usize,
+    what: &'static str,
+) -> Result<&'a [u8], ReadError> {
+    let end = start.saturating_add(length);
+    bytes.get(start..end).ok_or(ReadError::Truncated {
+        what,
+        end: end as u64,
+        len: bytes.len() as u64,
+    })
+}
