@@ -76,8 +76,8 @@ impl Grid {
             mean: self.statistics.mean,
             largest: self.statistics.largest,
         };
-        let json = serde_json::to_string(&metadata)
-            .expect("strings and finite numbers have a JSON form");
+        let json =
+            serde_json::to_string(&metadata).expect("strings and finite numbers have a JSON form");
         let mut bytes = Vec::new();
         // KTX2 wants the keys sorted by code point: capitals come first.
         push_key_value(&mut bytes, ORIENTATION_KEY, ORIENTATION);

@@ -1,0 +1,222 @@
+//! The lines of an OBJ file that make up its geometry, in the plain form that every parser
+//! reads: positions without weights or colours, faces without texture coordinates or normals.
+//!
+//! It spares us the parser's opinions on what we do not use: missing material files, broken
+//! texture coordinates, vertex colours, weights (which scale positions in some readers and
+//! mean nothing for polygons).
+
+use std::io::{self, BufRead, Read};
+
+/// One line of geometry, split into words.
+pub(super) struct Line<'a> {
+    /// 1 for the first line of the file.
+    pub number: usize,
+    pub kind: Kind,
+    /// The words behind the keyword, without comments.
+    pub words: Vec<&'a [u8]>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// `v`: its first three words are coordinates.
+    Vertex,
+    /// `f`: the words are position indices alone.
+    Face,
+    /// `o` or `g`: the words are a name.
+    Part,
+}
+
+/// The geometry lines of a file.
+pub(super) struct Lines<'a> {
+    rest: &'a [u8],
+    number: usize,
+}
+
+impl<'a> Lines<'a> {
+    pub(super) fn new(file: &'a [u8]) -> Self {
+        let rest = file.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(file);
+        Self { rest, number: 0 }
+    }
+
+    /// The next line of the file without its end, be that LF, CR LF or CR.
+    fn next_physical(&mut self) -> Option<&'a [u8]> {
+        if self.rest.is_empty() {
+            return None;
+        }
+        self.number += 1;
+        let end = self.rest.iter().position(|&b| b == b'\n' || b == b'\r');
+        let (line, rest) = self.rest.split_at(end.unwrap_or(self.rest.len()));
+        self.rest = match rest {
+            [b'\r', b'\n', rest @ ..] | [_, rest @ ..] => rest,
+            [] => rest,
+        };
+        Some(line)
+    }
+}
+
+impl<'a> Iterator for Lines<'a> {
+    type Item = Line<'a>;
+
+    fn next(&mut self) -> Option<Line<'a>> {
+        loop {
+            let line = self.next_physical()?;
+            let number = self.number;
+            let mut words = Vec::with_capacity(4);
+            let mut continued = push_words(line, &mut words);
+            while continued {
+                let Some(line) = self.next_physical() else {
+                    break;
+                };
+                continued = push_words(line, &mut words);
+            }
+            let Some((&keyword, _)) = words.split_first() else {
+                continue;
+            };
+            let kind = match keyword {
+                b"v" => Kind::Vertex,
+                b"f" => Kind::Face,
+                b"o" | b"g" => Kind::Part,
+                _ => continue,
+            };
+            words.remove(0);
+            match kind {
+                Kind::Vertex => words.truncate(3),
+                Kind::Face => words
+                    .iter_mut()
+                    .for_each(|word| *word = position_index(word)),
+                Kind::Part => {}
+            }
+            return Some(Line {
+                number,
+                kind,
+                words,
+            });
+        }
+    }
+}
+
+/// Adds a line's words up to a comment; true if a backslash continues it on the next line.
+fn push_words<'a>(line: &'a [u8], words: &mut Vec<&'a [u8]>) -> bool {
+    let line = line.trim_ascii();
+    if words.is_empty() && line.starts_with(b"#") {
+        return false;
+    }
+    let continued = line.ends_with(b"\\");
+    let line = line.strip_suffix(b"\\").unwrap_or(line);
+    let split = line.split(|b| b.is_ascii_whitespace() || *b == 0x0B);
+    words.extend(
+        split
+            .filter(|word| !word.is_empty())
+            .take_while(|word| !word.starts_with(b"#")),
+    );
+    continued
+}
+
+/// `7` of `7`, `7/1`, `7//3` and `7/1/3`. A word without one stays as it is, to be refused.
+fn position_index(word: &[u8]) -> &[u8] {
+    match word.iter().position(|&b| b == b'/') {
+        Some(0) | None => word,
+        Some(end) => &word[..end],
+    }
+}
+
+/// [`Lines`] as a reader, one plain line at a time.
+pub(super) struct LineReader<'a> {
+    lines: Lines<'a>,
+    line: Vec<u8>,
+    at: usize,
+    number: usize,
+}
+
+impl<'a> LineReader<'a> {
+    pub(super) fn new(file: &'a [u8]) -> Self {
+        Self {
+            lines: Lines::new(file),
+            line: Vec::new(),
+            at: 0,
+            number: 0,
+        }
+    }
+
+    /// The number in the file of the line handed out last.
+    pub(super) fn line_number(&self) -> usize {
+        self.number
+    }
+
+    fn write_line(&mut self, line: &Line<'_>) {
+        self.number = line.number;
+        self.at = 0;
+        self.line.clear();
+        self.line.push(match line.kind {
+            Kind::Vertex => b'v',
+            Kind::Face => b'f',
+            Kind::Part => b'o',
+        });
+        for word in &line.words {
+            self.line.push(b' ');
+            match std::str::from_utf8(word) {
+                Ok(_) => self.line.extend(*word),
+                // Names in old encodings: the parser wants UTF-8.
+                Err(_) => self.line.extend(String::from_utf8_lossy(word).bytes()),
+            }
+        }
+        self.line.push(b'\n');
+    }
+}
+
+impl BufRead for LineReader<'_> {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        if self.at == self.line.len()
+            && let Some(line) = self.lines.next()
+        {
+            self.write_line(&line);
+        }
+        Ok(&self.line[self.at..])
+    }
+
+    fn consume(&mut self, amount: usize) {
+        self.at += amount;
+    }
+}
+
+impl Read for LineReader<'_> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let read = self.fill_buf()?.read(out)?;
+        self.consume(read);
+        Ok(read)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plain(file: &[u8]) -> String {
+        let mut text = String::new();
+        LineReader::new(file).read_to_string(&mut text).unwrap();
+        text
+    }
+
+    #[test]
+    fn geometry_alone_remains() {
+        let file = b"\xEF\xBB\xBF# head \\\nmtllib gone.mtl\nv 1 2 3 0.5 0.5 0.5\n vn nan 0 0\n\
+            \tf 1/1/1 2//2  -1 # tail\nusemtl x\nl 1 2\np 1\ns off\ng left arm\no\n";
+        assert_eq!(plain(file), "v 1 2 3\nf 1 2 -1\no left arm\no\n");
+    }
+
+    #[test]
+    fn line_ends_and_continuations() {
+        let file = b"v 1 \\\r\n2 3\rv 4 5 6\r\n\r\nf 1 2 \\ \n3";
+        assert_eq!(plain(file), "v 1 2 3\nv 4 5 6\nf 1 2 3\n");
+        let numbers: Vec<_> = Lines::new(file).map(|line| line.number).collect();
+        assert_eq!(numbers, [1, 3, 5]);
+        assert_eq!(plain(b"v 1 2 3 \\"), "v 1 2 3\n");
+    }
+
+    #[test]
+    fn bytes_that_are_not_text_do_no_harm() {
+        assert_eq!(plain(b"o caf\xE9\n"), "o caf\u{FFFD}\n");
+        assert_eq!(plain(b"\xFF\xFE\0\n"), "");
+        assert_eq!(plain(b""), "");
+    }
+}

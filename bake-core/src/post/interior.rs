@@ -1,0 +1,155 @@
+//! Cells inside the object take the values of those around it, so that interpolation across
+//! the surface is right where it matters, outside (RR-5779, 3.3.3).
+
+use crate::{Moments, RawGrid};
+
+use super::PostError;
+
+/// Replaces the moments of every interior cell by the average over its six neighbours that are
+/// not interior or have been filled, in Jacobi sweeps: a sweep sees only the sweep before, so
+/// the result does not depend on the order of cells. Gives the number of interior cells.
+pub(super) fn fill(raw: &mut RawGrid) -> Result<usize, PostError> {
+    let cells = raw.counts.len();
+    let mut known: Vec<bool> = (0..cells).map(|idx| !raw.is_interior(idx)).collect();
+    let mut pending: Vec<usize> = (0..cells).filter(|&idx| !known[idx]).collect();
+    let interior = pending.len();
+    if interior == cells {
+        return Err(PostError::AllInterior(raw.spec.half_extents()));
+    }
+    while !pending.is_empty() {
+        let mut filled = Vec::new();
+        pending.retain(|&idx| {
+            let average = average_of_known(raw, &known, idx);
+            filled.extend(average.map(|moments| (idx, moments)));
+            average.is_none()
+        });
+        for (idx, moments) in filled {
+            raw.moments[idx] = moments;
+            known[idx] = true;
+        }
+    }
+    Ok(interior)
+}
+
+fn average_of_known(raw: &RawGrid, known: &[bool], idx: usize) -> Option<Moments> {
+    let (mut n, mut sum) = (0, [0.0_f64; 4]);
+    for neighbour in neighbours(raw, idx).filter(|&idx| known[idx]) {
+        let Moments { a, m: [x, y, z] } = raw.moments[neighbour];
+        for (sum, value) in sum.iter_mut().zip([x, y, z, a]) {
+            *sum += f64::from(value);
+        }
+        n += 1;
+    }
+    let [x, y, z, a] = sum.map(|v| (v / f64::from(n)) as f32);
+    (n > 0).then_some(Moments { a, m: [x, y, z] })
+}
+
+/// The places in memory of the up to six cells that share a face with the one at `idx`.
+fn neighbours(raw: &RawGrid, idx: usize) -> impl Iterator<Item = usize> + '_ {
+    let cell = raw.spec.cell_at(idx);
+    (0..3).flat_map(move |axis| {
+        [-1, 1].into_iter().filter_map(move |step| {
+            let mut there = cell;
+            there[axis] = there[axis].checked_add_signed(step)?;
+            (there[axis] < raw.spec.resolution()[axis]).then(|| raw.spec.cell_idx(there))
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use aogrid_grid_format::GridSpec;
+
+    use super::*;
+
+    /// 8³ cells; those of `interior` are fully occluded, the others have a from their x.
+    fn raw(interior: impl Fn([u32; 3]) -> bool) -> RawGrid {
+        let spec = GridSpec::new([8; 3], [0.0; 3], [1.0; 3]).unwrap();
+        let cells = (0..spec.cell_count()).map(|idx| spec.cell_at(idx));
+        let (moments, counts) = cells
+            .map(|cell| {
+                let a = cell[0] as f32 / 16.0;
+                let outside = Moments {
+                    a,
+                    m: [a * (1.0 - a), 0.0, 0.0],
+                };
+                let inside = Moments {
+                    a: 1.0,
+                    m: [0.0; 3],
+                };
+                match interior(cell) {
+                    true => (inside, 10),
+                    false => (outside, 9),
+                }
+            })
+            .unzip();
+        RawGrid {
+            spec,
+            moments,
+            counts,
+            directions: 10,
+        }
+    }
+
+    #[test]
+    fn a_lone_cell_takes_the_average_of_its_six_neighbours() {
+        let mut grid = raw(|cell| cell == [3, 4, 5]);
+        assert_eq!(fill(&mut grid), Ok(1));
+        let filled = grid.moments[grid.spec.cell_idx([3, 4, 5])];
+        // Neighbours at x = 2, 4 and four at 3: the average of a is that at 3.
+        assert_eq!(filled.a, 3.0 / 16.0);
+        let m = |x: f32| x / 16.0 * (1.0 - x / 16.0);
+        assert!((filled.m[0] - (m(2.0) + m(4.0) + 4.0 * m(3.0)) / 6.0).abs() < 1e-7);
+    }
+
+    #[test]
+    fn no_cell_outside_changes_a_bit() {
+        let inside = |cell: [u32; 3]| cell.iter().all(|&x| (1..6).contains(&x));
+        let before = raw(inside);
+        let mut after = before.clone();
+        assert_eq!(fill(&mut after), Ok(125));
+        for idx in 0..before.counts.len() {
+            let was_inside = inside(before.spec.cell_at(idx));
+            let bits = |m: Moments| [m.a, m.m[0], m.m[1], m.m[2]].map(f32::to_bits);
+            assert_eq!(
+                bits(before.moments[idx]) == bits(after.moments[idx]),
+                !was_inside
+            );
+            assert!(after.moments[idx].a < 1.0);
+        }
+    }
+
+    #[test]
+    fn deep_cells_are_filled_sweep_by_sweep() {
+        // A slab of interior from x = 3 on: layer 3 sees only layer 2, layer 4 only layer 3 …
+        let mut grid = raw(|cell| cell[0] >= 3);
+        assert_eq!(fill(&mut grid), Ok(5 * 64));
+        for x in 3..8 {
+            let filled = grid.moments[grid.spec.cell_idx([x, 3, 3])];
+            assert_eq!(filled.a, 2.0 / 16.0, "layer {x}");
+        }
+    }
+
+    #[test]
+    fn order_of_cells_does_not_matter() {
+        let inside = |[x, y, z]: [u32; 3]| (x + 2 * y + 3 * z) % 5 < 2;
+        let mirrored = |[x, y, z]: [u32; 3]| inside([x, 7 - y, 7 - z]);
+        let (mut one, mut other) = (raw(inside), raw(mirrored));
+        fill(&mut one).unwrap();
+        fill(&mut other).unwrap();
+        for idx in 0..one.counts.len() {
+            let [x, y, z] = one.spec.cell_at(idx);
+            let there = one.spec.cell_idx([x, 7 - y, 7 - z]);
+            // Sums of neighbours in another order round differently.
+            let difference = one.moments[idx].a - other.moments[there].a;
+            assert!(difference.abs() < 1e-6, "{difference}");
+        }
+    }
+
+    #[test]
+    fn an_all_interior_grid_names_its_box() {
+        let error = fill(&mut raw(|_| true)).unwrap_err();
+        assert_eq!(error, PostError::AllInterior([1.0; 3]));
+        assert!(error.to_string().contains("[1.0, 1.0, 1.0]"), "{error}");
+    }
+}

@@ -1,0 +1,77 @@
+//! From moments to a grid: interior fill, then the boundary treatment, then encoding. Once, on
+//! the CPU, in this order, for every baker.
+
+mod boundary;
+mod interior;
+
+use aogrid_grid_format::{BakeRecord, EncodeError, Grid, Interior, Source};
+
+use crate::{BakeOptions, Extent, Placement, RawGrid};
+
+/// Why moments cannot become a grid.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PostError {
+    /// No cell is left from which the others could be filled.
+    #[error(
+        "every cell is inside the object: its box of half-extents {0:?} is too small, enlarge it"
+    )]
+    AllInterior([f32; 3]),
+    /// The whole sky is hidden at the edge of the grid: nothing is left to rescale to.
+    #[error(
+        "a cell at the grid's boundary is fully occluded (V_M = 1), so no boundary treatment can \
+         fade it out: enlarge the box, fill the interior, or bake with boundary `none`"
+    )]
+    BoundaryOccluded,
+    /// The result is out of range.
+    #[error(transparent)]
+    Encode(#[from] EncodeError),
+}
+
+/// Fills, treats and encodes what a baker made with `options` at `placement` from `source`.
+///
+/// # Errors
+///
+/// Every cell is inside the object, or one at the boundary is and cannot be faded out.
+pub fn finish(
+    mut raw: RawGrid,
+    placement: &Placement,
+    options: &BakeOptions,
+    source: Source,
+) -> Result<Grid, PostError> {
+    let interior_cells = match options.interior {
+        Interior::Fill => interior::fill(&mut raw)?,
+        Interior::Keep => (0..raw.counts.len())
+            .filter(|&idx| raw.is_interior(idx))
+            .count(),
+    };
+    let boundary = boundary::treat(&mut raw, options.boundary)?;
+    let cells: Vec<[f32; 4]> = raw
+        .moments
+        .iter()
+        .map(|cell| {
+            let [x, y, z] = cell.axis();
+            [x, y, z, cell.a]
+        })
+        .collect();
+    let record = BakeRecord {
+        epsilon: match placement.extent {
+            Extent::Epsilon(epsilon) => Some(epsilon),
+            Extent::HalfExtents(_) => None,
+        },
+        sample_offset: options.sample_offset,
+        method: options.method,
+        max_distance: options.max_distance,
+        interior: options.interior,
+        interior_cells: interior_cells as u64,
+        boundary,
+        source,
+    };
+    Ok(Grid::encode(
+        raw.spec,
+        options.encoding,
+        options.format,
+        &cells,
+        record,
+    )?)
+}

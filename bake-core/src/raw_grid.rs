@@ -1,0 +1,60 @@
+//! What bakers produce.
+
+use aogrid_grid_format::GridSpec;
+
+/// The occluded directions of one cell, reduced.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moments {
+    /// Moment 0: the occluded fraction of the sphere, 0..1 (RR-5779 eq. 5).
+    pub a: f32,
+    /// Moment 1: (1/4π) ∫ ω dω over the occluded directions ω, in object axes. Its length is
+    /// a(1 − a) for a circular cone, and never more.
+    pub m: [f32; 3],
+}
+
+impl Moments {
+    /// The axis d = m/|m|, from the cell towards the object; zero where m is.
+    pub fn axis(&self) -> [f32; 3] {
+        let m = self.m.map(f64::from);
+        let length = m.iter().map(|v| v * v).sum::<f64>().sqrt();
+        if length == 0.0 {
+            return [0.0; 3];
+        }
+        m.map(|v| (v / length).clamp(-1.0, 1.0) as f32)
+    }
+}
+
+/// The visibility of every cell, in single floats and without any treatment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RawGrid {
+    /// Where the cells lie.
+    pub spec: GridSpec,
+    /// One for each cell, x fastest.
+    pub moments: Vec<Moments>,
+    /// How many of `directions` are occluded, one for each cell, x fastest. It decides what
+    /// is inside: `count == directions` is exact where a float sum need not reach 1.
+    pub counts: Vec<u32>,
+    /// How many directions were tested per cell.
+    pub directions: u32,
+}
+
+impl RawGrid {
+    /// Whether the cell at `idx` is inside the object: its every direction is occluded.
+    pub fn is_interior(&self, idx: usize) -> bool {
+        self.counts[idx] == self.directions
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_axis_is_a_unit_vector_or_zero() {
+        let moments = |m| Moments { a: 0.5, m };
+        assert_eq!(moments([0.0; 3]).axis(), [0.0; 3]);
+        assert_eq!(moments([0.0, -0.25, 0.0]).axis(), [0.0, -1.0, 0.0]);
+        // Squares of these underflow in f32.
+        assert_eq!(moments([3e-30, 0.0, 4e-30]).axis(), [0.6, 0.0, 0.8]);
+    }
+}

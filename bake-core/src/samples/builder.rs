@@ -1,0 +1,171 @@
+//! Closed shapes, put together.
+
+use std::f64::consts::TAU;
+
+use crate::TriangleMesh;
+use crate::mesh::Part;
+
+/// Coordinates are rounded to this many steps a unit: the last bits of sines differ between
+/// machines, models may not.
+const STEPS: f64 = 1e6;
+
+/// A model in the making. Triangles wind counter-clockwise seen from outside.
+#[derive(Default)]
+pub(super) struct Builder {
+    pub positions: Vec<[f64; 3]>,
+    pub triangles: Vec<[u32; 3]>,
+    /// The part of each triangle.
+    pub part_of: Vec<u32>,
+    parts: Vec<String>,
+}
+
+/// Two circles of a solid of revolution or a limb: centre and radius.
+pub(super) struct Ring {
+    pub center: [f64; 3],
+    pub radius: f64,
+}
+
+impl Builder {
+    /// What follows belongs to a new part.
+    pub(super) fn part(&mut self, name: &str) -> &mut Self {
+        self.parts.push(name.to_owned());
+        self
+    }
+
+    pub(super) fn triangle_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    pub(super) fn vertex(&mut self, position: [f64; 3]) -> u32 {
+        self.positions.push(position);
+        self.positions.len() as u32 - 1
+    }
+
+    pub(super) fn triangle(&mut self, corners: [u32; 3]) {
+        self.triangles.push(corners);
+        self.part_of.push(self.parts.len() as u32 - 1);
+    }
+
+    /// A planar quad, corners counter-clockwise.
+    fn quad(&mut self, [a, b, c, d]: [u32; 4]) {
+        self.triangle([a, b, c]);
+        self.triangle([a, c, d]);
+    }
+
+    /// An axis-aligned box.
+    pub(super) fn cuboid(&mut self, min: [f64; 3], max: [f64; 3]) -> &mut Self {
+        let corner = |bits: usize| std::array::from_fn(|x| [min[x], max[x]][bits >> x & 1]);
+        self.hexahedron(std::array::from_fn(corner))
+    }
+
+    /// A box with any corners: bit x of a corner's index says whether it lies at the upper
+    /// end of axis x.
+    pub(super) fn hexahedron(&mut self, corners: [[f64; 3]; 8]) -> &mut Self {
+        let v = corners.map(|corner| self.vertex(corner));
+        let faces = [
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+        ];
+        for face in faces {
+            self.quad(face.map(|corner| v[corner]));
+        }
+        self
+    }
+
+    /// A skin over `rings` of `sides` corners, closed at both ends by fans. All rings lie across
+    /// the line from the first centre to the last; none has radius zero.
+    pub(super) fn tube(&mut self, rings: &[Ring], sides: u32) -> &mut Self {
+        let (first, last) = (&rings[0], &rings[rings.len() - 1]);
+        let along: [f64; 3] = std::array::from_fn(|x| last.center[x] - first.center[x]);
+        let [u, v] = across(along);
+        let starts: Vec<u32> = rings
+            .iter()
+            .map(|ring| {
+                let start = self.positions.len() as u32;
+                for side in 0..sides {
+                    let (sin, cos) = (TAU * f64::from(side) / f64::from(sides)).sin_cos();
+                    self.vertex(std::array::from_fn(|x| {
+                        ring.center[x] + ring.radius * (cos * u[x] + sin * v[x])
+                    }));
+                }
+                start
+            })
+            .collect();
+        for pair in starts.windows(2) {
+            for side in 0..sides {
+                let next = (side + 1) % sides;
+                self.quad([
+                    pair[0] + side,
+                    pair[0] + next,
+                    pair[1] + next,
+                    pair[1] + side,
+                ]);
+            }
+        }
+        let (bottom, top) = (starts[0], starts[starts.len() - 1]);
+        for side in 1..sides - 1 {
+            self.triangle([bottom, bottom + side + 1, bottom + side]);
+            self.triangle([top, top + side, top + side + 1]);
+        }
+        self
+    }
+
+    /// A tube between two points.
+    pub(super) fn limb(&mut self, from: [f64; 3], to: [f64; 3], radii: [f64; 2]) -> &mut Self {
+        let ring = |center, radius| Ring { center, radius };
+        self.tube(&[ring(from, radii[0]), ring(to, radii[1])], 8)
+    }
+
+    /// The finished mesh.
+    pub(super) fn finish(self) -> TriangleMesh {
+        let positions = self
+            .positions
+            .iter()
+            .map(|p| p.map(|v| ((v * STEPS).round() / STEPS) as f32))
+            .collect();
+        let mut order: Vec<usize> = (0..self.triangles.len()).collect();
+        order.sort_by_key(|&t| self.part_of[t]);
+        let triangles = order.iter().map(|&t| self.triangles[t]).collect();
+        let ends = (0..self.parts.len() as u32)
+            .map(|part| order.partition_point(|&t| self.part_of[t] <= part));
+        let mut start = 0;
+        let parts = self
+            .parts
+            .iter()
+            .zip(ends)
+            .map(|(name, end)| Part {
+                name: name.clone(),
+                triangles: std::mem::replace(&mut start, end)..end,
+            })
+            .collect();
+        TriangleMesh::new(positions, triangles, parts).expect("models are meshes")
+    }
+}
+
+/// Two unit vectors across `along`, all three right-handed.
+fn across(along: [f64; 3]) -> [[f64; 3]; 2] {
+    let smallest = (0..3)
+        .min_by(|&a, &b| along[a].abs().total_cmp(&along[b].abs()))
+        .expect("there are three axes");
+    let mut axis = [0.0; 3];
+    axis[smallest] = 1.0;
+    let u = normalized(cross(axis, along));
+    [u, normalized(cross(along, u))]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+fn normalized(v: [f64; 3]) -> [f64; 3] {
+    let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    v.map(|x| x / length)
+}
