@@ -3,6 +3,8 @@
 use std::io;
 use std::path::Path;
 
+use aogrid_grid_format::Source;
+
 use super::{ObjError, TriangleMesh, read_obj};
 
 /// A mesh and where it came from.
@@ -56,6 +58,18 @@ impl LoadedMesh {
     /// The file cannot be read or is of an unknown kind.
     pub fn identify(path: &Path) -> Result<(String, String), LoadError> {
         Ok((name(path), hash(&read_file(path)?)))
+    }
+}
+
+impl From<&LoadedMesh> for Source {
+    /// What a grid baked from the whole mesh remembers of it.
+    fn from(loaded: &LoadedMesh) -> Self {
+        Self {
+            name: loaded.name.clone(),
+            part: None,
+            blake3: loaded.blake3.clone(),
+            triangles: loaded.mesh.triangles().len() as u64,
+        }
     }
 }
 

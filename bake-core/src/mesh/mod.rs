@@ -177,9 +177,9 @@ impl Bounds {
     };
 
     fn add(&mut self, position: [f32; 3]) {
-        for axis in 0..3 {
-            self.min[axis] = self.min[axis].min(position[axis]);
-            self.max[axis] = self.max[axis].max(position[axis]);
+        for (axis, v) in position.into_iter().enumerate() {
+            self.min[axis] = self.min[axis].min(v);
+            self.max[axis] = self.max[axis].max(v);
         }
     }
 

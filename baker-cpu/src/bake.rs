@@ -1,0 +1,289 @@
+//! Every cell's directions, tested and reduced.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use aogrid_bake_core::cube_face;
+use aogrid_bake_core::{BakeOptions, Moments, Observer, OptionsError, Progress};
+use aogrid_bake_core::{RawGrid, TriangleMesh};
+use aogrid_grid_format::{GridSpec, Method};
+use rayon::prelude::*;
+
+use crate::Occluder;
+use crate::monte_carlo::CellDirections;
+
+/// Why a bake gave nothing.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BakeError {
+    /// An option out of its range.
+    #[error(transparent)]
+    Options(#[from] OptionsError),
+    /// The observer broke it off.
+    #[error("the bake was cancelled")]
+    Cancelled,
+}
+
+/// Bakes the moments of every cell of `spec` around `mesh`, watched by `observer`.
+///
+/// The same input gives the same bits, for any number of threads.
+///
+/// # Errors
+///
+/// An option out of its range, or cancellation.
+pub fn bake(
+    mesh: &TriangleMesh,
+    spec: GridSpec,
+    options: &BakeOptions,
+    observer: Observer<'_>,
+) -> Result<RawGrid, BakeError> {
+    options.validate()?;
+    Occluder::new(mesh).bake(spec, options, observer)
+}
+
+impl Occluder {
+    /// [`bake`](fn@bake) around the mesh of this occluder.
+    ///
+    /// # Errors
+    ///
+    /// As [`bake`](fn@bake).
+    pub fn bake(
+        &self,
+        spec: GridSpec,
+        options: &BakeOptions,
+        observer: Observer<'_>,
+    ) -> Result<RawGrid, BakeError> {
+        options.validate()?;
+        let sampler = Sampler::new(self, &spec, options);
+        let directions = options.method.directions();
+        let cells = match options.method {
+            Method::Faces { size } => {
+                let rays = face_rays(size);
+                for_each_cell(&spec, observer, |idx| {
+                    sampler.reduce(idx, rays.iter().copied())
+                })
+            }
+            Method::Rays { count, seed } => {
+                let weight = 1.0 / f64::from(count);
+                for_each_cell(&spec, observer, |idx| {
+                    let unit = CellDirections::new(seed, idx).take(count as usize);
+                    sampler.reduce(idx, unit.map(|unit| WeightedRay { unit, weight }))
+                })
+            }
+        }?;
+        let (moments, counts) = cells
+            .into_iter()
+            .map(|cell| (cell.moments(directions), cell.count))
+            .unzip();
+        Ok(RawGrid {
+            spec,
+            moments,
+            counts,
+            directions,
+        })
+    }
+}
+
+/// A direction to test, and what it counts.
+#[derive(Clone, Copy)]
+struct WeightedRay {
+    unit: [f64; 3],
+    weight: f64,
+}
+
+fn face_rays(size: u32) -> Vec<WeightedRay> {
+    let texels = cube_face::texels(size);
+    let rays = texels.into_iter().map(|texel| {
+        let length = texel.direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+        WeightedRay {
+            unit: texel.direction.map(|v| v / length),
+            weight: texel.weight,
+        }
+    });
+    rays.collect()
+}
+
+/// What is known of a cell while its directions are tested.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    a: f64,
+    m: [f64; 3],
+    count: u32,
+}
+
+impl Sums {
+    fn moments(&self, directions: u32) -> Moments {
+        Moments {
+            // The weights sum to 1 but for rounding; a full cell is full.
+            a: if self.count == directions {
+                1.0
+            } else {
+                self.a.min(1.0) as f32
+            },
+            m: self.m.map(|v| v as f32),
+        }
+    }
+}
+
+/// Where samples lie and how far they see.
+struct Sampler<'a> {
+    occluder: &'a Occluder,
+    spec: &'a GridSpec,
+    sample_offset: [f64; 3],
+    /// From the centre of the mesh to the centre of the grid: zero for a placed grid.
+    grid_from_mesh: [f64; 3],
+    reach: f64,
+}
+
+impl<'a> Sampler<'a> {
+    fn new(occluder: &'a Occluder, spec: &'a GridSpec, options: &BakeOptions) -> Self {
+        let [grid, mesh] = [spec.center().map(f64::from), occluder.center()];
+        Self {
+            occluder,
+            spec,
+            sample_offset: options.sample_offset.map(f64::from),
+            grid_from_mesh: std::array::from_fn(|x| grid[x] - mesh[x]),
+            reach: options.max_distance.map_or(f64::INFINITY, f64::from),
+        }
+    }
+
+    fn reduce(&self, idx: usize, rays: impl Iterator<Item = WeightedRay>) -> Sums {
+        let cell = self.spec.cell_at(idx);
+        let sample = self.spec.sample_from_center(cell, self.sample_offset);
+        let origin = std::array::from_fn(|x| sample[x] + self.grid_from_mesh[x]);
+        let mut sums = Sums::default();
+        for WeightedRay { unit, weight } in rays {
+            if self.occluder.hides_from_center(origin, unit, self.reach) {
+                sums.count += 1;
+                sums.a += weight;
+                for (m, u) in sums.m.iter_mut().zip(unit) {
+                    *m += weight * u;
+                }
+            }
+        }
+        sums
+    }
+}
+
+/// Every cell's sums, computed on all threads, each written to its own place.
+fn for_each_cell(
+    spec: &GridSpec,
+    observer: Observer<'_>,
+    reduce: impl Fn(usize) -> Sums + Sync,
+) -> Result<Vec<Sums>, BakeError> {
+    let total = spec.cell_count();
+    let done = AtomicUsize::new(0);
+    (0..total)
+        .into_par_iter()
+        .map(|idx| {
+            let sums = reduce(idx);
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            match observer(Progress { done, total }).is_break() {
+                true => Err(BakeError::Cancelled),
+                false => Ok(sums),
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+
+    use aogrid_bake_core::samples::Sample;
+    use aogrid_bake_core::{Placement, UNOBSERVED};
+
+    use super::*;
+
+    fn coarse() -> (TriangleMesh, GridSpec, BakeOptions) {
+        let mesh = Sample::Table.mesh(None).unwrap();
+        let placement = Placement {
+            resolution: [12, 9, 10],
+            ..Placement::default()
+        };
+        let spec = placement.place(&mesh.bounds()).unwrap();
+        (mesh, spec, BakeOptions::recommended())
+    }
+
+    #[test]
+    fn counts_and_moments_agree() {
+        let (mesh, spec, options) = coarse();
+        let raw = bake(&mesh, spec, &options, UNOBSERVED).unwrap();
+        assert_eq!(raw.directions, 1536);
+        for (idx, cell) in raw.moments.iter().enumerate() {
+            let share = raw.counts[idx] as f32 / 1536.0;
+            // A texel's solid angle is within 0.37 and 1.9 times the mean of all.
+            assert!(cell.a >= 0.3 * share && cell.a <= 2.0 * share);
+            let [x, y, z] = cell.m;
+            let length = (x * x + y * y + z * z).sqrt();
+            // A cone has the longest moment of all sets of directions of its size; 0.01 for
+            // texels, which are no points.
+            assert!(length <= cell.a * (1.0 - cell.a) + 0.01, "{cell:?}");
+        }
+    }
+
+    #[test]
+    fn one_thread_and_many_give_the_same_bits() {
+        let (mesh, spec, mut options) = coarse();
+        for method in [
+            Method::Faces { size: 8 },
+            Method::Rays {
+                count: 100,
+                seed: 7,
+            },
+        ] {
+            options.method = method;
+            let with = |threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+                let bake = || bake(&mesh, spec, &options, UNOBSERVED).unwrap();
+                pool.build().unwrap().install(bake)
+            };
+            assert_eq!(with(1), with(5));
+        }
+    }
+
+    #[test]
+    fn seeds_differ_and_repeat() {
+        let (mesh, spec, mut options) = coarse();
+        let mut with = |seed| {
+            options.method = Method::Rays { count: 64, seed };
+            bake(&mesh, spec, &options, UNOBSERVED).unwrap()
+        };
+        assert_eq!(with(1), with(1));
+        assert_ne!(with(1), with(2));
+    }
+
+    #[test]
+    fn a_maximum_distance_forgets_what_is_beyond() {
+        let (mesh, spec, mut options) = coarse();
+        let mut with = |distance| {
+            options.max_distance = distance;
+            bake(&mesh, spec, &options, UNOBSERVED).unwrap().counts
+        };
+        let (unlimited, far, near) = (with(None), with(Some(100.0)), with(Some(0.2)));
+        assert_eq!(unlimited, far);
+        assert!(near.iter().zip(&far).all(|(near, far)| near <= far));
+        // A corner cell is more than 0.2 from the table, one next to it is not.
+        assert_eq!(near[0], 0);
+        assert!(near.iter().any(|&n| n > 0) && unlimited[0] > 0);
+    }
+
+    #[test]
+    fn the_observer_sees_every_cell_and_can_stop() {
+        let (mesh, spec, options) = coarse();
+        let seen = AtomicUsize::new(0);
+        let count = |progress: Progress| {
+            assert_eq!(progress.total, 1080);
+            seen.fetch_add(1, Ordering::Relaxed);
+            ControlFlow::Continue(())
+        };
+        bake(&mesh, spec, &options, &count).unwrap();
+        assert_eq!(seen.into_inner(), 1080);
+
+        let stop = |progress: Progress| match progress.done < 10 {
+            true => ControlFlow::Continue(()),
+            false => ControlFlow::Break(()),
+        };
+        let stopped = bake(&mesh, spec, &options, &stop);
+        assert_eq!(stopped, Err(BakeError::Cancelled));
+    }
+}

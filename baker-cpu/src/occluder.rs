@@ -1,0 +1,243 @@
+//! A mesh that answers whether it hides a direction from a point.
+
+use std::time::Duration;
+
+use aogrid_bake_core::TriangleMesh;
+use glam::Vec3A;
+use obvhs::aabb::Aabb;
+use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
+use obvhs::{Boundable, BvhBuildParams};
+
+use crate::triangle::Ray;
+
+/// The hierarchy's boxes are larger than their triangles by this, where the mesh is between ½
+/// and 1 in half-extent: more than the 1e-4 below which the hierarchy's traversal does not
+/// look, and far more than single precision rounds (2⁻²⁴ · 8).
+const PADDING: f32 = 1.0 / 4096.0;
+
+/// A ray that starts farther off than this, in the mesh's scale, walks the hierarchy from
+/// nearer: a thousand times farther the rounding of its origin would approach [`PADDING`].
+const NEAR: f64 = 64.0;
+
+/// Triangles in a hierarchy.
+///
+/// Inside, coordinates are relative to the centre of the mesh's bounding box and scaled by a
+/// power of two to the order of one, so that the hierarchy's single floats fit every mesh.
+pub struct Occluder {
+    hierarchy: CwBvh,
+    /// In the order of the hierarchy's leaves.
+    triangles: Vec<[[f64; 3]; 3]>,
+    center: [f64; 3],
+    scale: f64,
+}
+
+/// A triangle's padded box.
+struct PaddedBox(Aabb);
+
+impl Boundable for PaddedBox {
+    fn aabb(&self) -> Aabb {
+        self.0
+    }
+}
+
+impl Occluder {
+    /// Builds the hierarchy. The time is O(n log n), for a million triangles about a second.
+    pub fn new(mesh: &TriangleMesh) -> Self {
+        let bounds = mesh.bounds();
+        let center = bounds.center().map(f64::from);
+        let scale = scale_to_one(bounds.half_extents());
+        let local =
+            |corner: [f32; 3]| std::array::from_fn(|x| (f64::from(corner[x]) - center[x]) * scale);
+        let boxes: Vec<_> = mesh.corners().map(|t| padded_box(t.map(local))).collect();
+        let hierarchy = build_cwbvh(
+            &boxes,
+            BvhBuildParams::medium_build(),
+            &mut Duration::default(),
+        );
+        drop(boxes);
+        let corner = |vertex: u32| local(mesh.positions()[vertex as usize]);
+        let triangles = hierarchy
+            .primitive_indices
+            .iter()
+            .map(|&t| mesh.triangles()[t as usize].map(corner))
+            .collect();
+        Self {
+            hierarchy,
+            triangles,
+            center,
+            scale,
+        }
+    }
+
+    /// Whether a triangle lies in `direction` (of any length but zero) from `origin` (object
+    /// space), at a distance above zero and up to `reach` (object units).
+    pub fn hides(&self, origin: [f64; 3], direction: [f64; 3], reach: f64) -> bool {
+        let from_center = std::array::from_fn(|x| origin[x] - self.center[x]);
+        self.hides_from_center(from_center, direction, reach)
+    }
+
+    /// [`Occluder::hides`] for an origin relative to [`Occluder::center`], where mirror images
+    /// have exactly opposite coordinates.
+    pub(crate) fn hides_from_center(
+        &self,
+        origin: [f64; 3],
+        direction: [f64; 3],
+        reach: f64,
+    ) -> bool {
+        let origin = origin.map(|v| v * self.scale);
+        let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let exact = Ray::new(origin, direction, reach * self.scale / length);
+        use glam::UVec2; // the macro names it
+        let mut hidden = false;
+        let coarse = coarse_ray(origin, direction.map(|v| v / length), reach * self.scale);
+        let mut state = self.hierarchy.new_traversal(coarse.direction);
+        let mut node;
+        obvhs::traverse!(
+            self.hierarchy,
+            node,
+            state,
+            node.intersect_ray(&coarse, state.oct_inv4),
+            {
+                if exact.meets(&self.triangles[state.primitive_id as usize]) {
+                    hidden = true;
+                    break;
+                }
+            }
+        );
+        hidden
+    }
+
+    /// The centre of the mesh's bounding box, in object space.
+    pub(crate) fn center(&self) -> [f64; 3] {
+        self.center
+    }
+}
+
+/// The ray that walks the hierarchy, in single precision. The mesh lies within √3 of the
+/// centre, so that a ray from afar can start nearer without missing anything.
+fn coarse_ray(origin: [f64; 3], unit: [f64; 3], reach: f64) -> obvhs::ray::Ray {
+    let distance = origin.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let skip = if distance > NEAR {
+        distance - NEAR / 2.0
+    } else {
+        0.0
+    };
+    let start = std::array::from_fn(|x| (origin[x] + skip * unit[x]) as f32);
+    let slack = f64::from(PADDING);
+    obvhs::ray::Ray::new(
+        Vec3A::from_array(start),
+        Vec3A::from_array(unit.map(|v| v as f32)),
+        0.0,
+        (reach - skip + slack) as f32,
+    )
+}
+
+/// 2ⁿ such that the largest half-extent times it is in (½, 1].
+fn scale_to_one(half_extents: [f64; 3]) -> f64 {
+    let largest = half_extents.into_iter().fold(0.0, f64::max);
+    if largest == 0.0 {
+        // A mesh at one point; nothing hits it, whatever its scale.
+        return 1.0;
+    }
+    (-largest.log2().ceil()).exp2()
+}
+
+fn padded_box(corners: [[f64; 3]; 3]) -> PaddedBox {
+    let corners = corners.map(|corner| Vec3A::from_array(corner.map(|v| v as f32)));
+    let mut bounds = Aabb::from_points(&corners);
+    bounds.min -= PADDING;
+    bounds.max += PADDING;
+    PaddedBox(bounds)
+}
+
+#[cfg(test)]
+mod tests {
+    use aogrid_bake_core::mesh::Part;
+    use aogrid_bake_core::samples::Sample;
+
+    use super::*;
+
+    /// A generator of numbers in −1..1 that anyone can follow (Knuth's MMIX constants).
+    fn numbers(seed: u64) -> impl FnMut() -> f64 {
+        let mut state = seed;
+        move || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        }
+    }
+
+    /// What the hierarchy should answer.
+    fn brute_force(occluder: &Occluder, origin: [f64; 3], direction: [f64; 3], reach: f64) -> bool {
+        let local = std::array::from_fn(|x| (origin[x] - occluder.center[x]) * occluder.scale);
+        let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let ray = Ray::new(local, direction, reach * occluder.scale / length);
+        occluder.triangles.iter().any(|t| ray.meets(t))
+    }
+
+    fn moved(sample: Sample, scale: f32, offset: f32) -> TriangleMesh {
+        let mesh = sample.mesh(None).unwrap();
+        let place = |p: &[f32; 3]| p.map(|v| v * scale + offset);
+        let positions = mesh.positions().iter().map(place).collect();
+        TriangleMesh::new(positions, mesh.triangles().to_vec(), mesh.parts().to_vec()).unwrap()
+    }
+
+    #[test]
+    fn the_hierarchy_answers_as_brute_force_does() {
+        let mut next = numbers(1);
+        let (mut hidden, mut rays) = (0, 0);
+        // Also far from the origin, tiny and huge.
+        for (scale, offset) in [(1.0, 0.0), (1.0, 300.0), (1e-20, 0.0), (1e20, 0.0)] {
+            for sample in [Sample::Robot, Sample::Torus, Sample::Table] {
+                let occluder = Occluder::new(&moved(sample, scale, offset));
+                let size = f64::from(scale);
+                for distance in [0.5, 3.0, 1e4] {
+                    for _ in 0..500 {
+                        let origin: [f64; 3] =
+                            std::array::from_fn(|x| occluder.center[x] + distance * size * next());
+                        // Half of them towards the mesh, which they would hardly find from afar.
+                        let to: [f64; 3] = std::array::from_fn(|_| size * next());
+                        let direction = match next() > 0.0 {
+                            true => std::array::from_fn(|x| occluder.center[x] + to[x] - origin[x]),
+                            false => to,
+                        };
+                        for reach in [f64::INFINITY, size] {
+                            let expected = brute_force(&occluder, origin, direction, reach);
+                            assert_eq!(occluder.hides(origin, direction, reach), expected);
+                            hidden += usize::from(expected);
+                            rays += 1;
+                        }
+                    }
+                }
+            }
+        }
+        assert!(
+            hidden > rays / 10 && hidden < rays / 2,
+            "{hidden} of {rays}"
+        );
+    }
+
+    #[test]
+    fn a_sheet_hides_from_both_sides_also_from_next_to_it() {
+        let whole = Part {
+            name: "sheet".into(),
+            triangles: 0..1,
+        };
+        let corners = vec![[-1.0, 0.0, -1.0], [3.0, 0.0, -1.0], [-1.0, 0.0, 3.0]];
+        let sheet = TriangleMesh::new(corners, vec![[0, 1, 2]], vec![whole]).unwrap();
+        let occluder = Occluder::new(&sheet);
+        for height in [1.0, 1e-3, 1e-6, 1e-12, 1e-100] {
+            for sign in [1.0, -1.0] {
+                let origin = [0.0, sign * height, 0.0];
+                assert!(
+                    occluder.hides(origin, [0.0, -sign, 0.0], f64::INFINITY),
+                    "{height}"
+                );
+                assert!(!occluder.hides(origin, [0.0, sign, 0.0], f64::INFINITY));
+            }
+        }
+        // On the sheet itself nothing is at a distance above zero.
+        assert!(!occluder.hides([0.0; 3], [0.1, 1.0, 0.2], f64::INFINITY));
+    }
+}
