@@ -24,6 +24,8 @@ const NEAR: f64 = 64.0;
 /// Inside, coordinates are relative to the centre of the mesh's bounding box and scaled by a
 /// power of two to the order of one, so that the hierarchy's single floats fit every mesh.
 pub struct Occluder {
+    /// Around all of the hierarchy's boxes.
+    bounds: Aabb,
     hierarchy: CwBvh,
     /// In the order of the hierarchy's leaves.
     triangles: Vec<[[f64; 3]; 3]>,
@@ -54,6 +56,9 @@ impl Occluder {
             BvhBuildParams::medium_build(),
             &mut Duration::default(),
         );
+        let bounds = boxes
+            .iter()
+            .fold(Aabb::empty(), |all, one| all.union(&one.0));
         drop(boxes);
         let corner = |vertex: u32| local(mesh.positions()[vertex as usize]);
         let triangles = hierarchy
@@ -62,6 +67,7 @@ impl Occluder {
             .map(|&t| mesh.triangles()[t as usize].map(corner))
             .collect();
         Self {
+            bounds,
             hierarchy,
             triangles,
             center,
@@ -73,23 +79,29 @@ impl Occluder {
     /// space), at a distance above zero and up to `reach` (object units).
     pub fn hides(&self, origin: [f64; 3], direction: [f64; 3], reach: f64) -> bool {
         let from_center = std::array::from_fn(|x| origin[x] - self.center[x]);
-        self.hides_from_center(from_center, direction, reach)
+        let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+        self.hides_from_center(from_center, direction.map(|v| v / length), reach)
     }
 
     /// [`Occluder::hides`] for an origin relative to [`Occluder::center`], where mirror images
-    /// have exactly opposite coordinates.
+    /// have exactly opposite coordinates, and a direction of length 1.
     pub(crate) fn hides_from_center(
         &self,
         origin: [f64; 3],
-        direction: [f64; 3],
+        unit: [f64; 3],
         reach: f64,
     ) -> bool {
-        let origin = origin.map(|v| v * self.scale);
-        let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let exact = Ray::new(origin, direction, reach * self.scale / length);
+        let [x, y, z] = origin;
+        let origin = [x * self.scale, y * self.scale, z * self.scale];
+        let reach = reach * self.scale;
+        let coarse = coarse_ray(origin, unit, reach);
+        // Most of the sky is nowhere near the mesh.
+        if self.bounds.intersect_ray(&coarse) == f32::INFINITY {
+            return false;
+        }
+        let exact = Ray::new(origin, unit, reach);
         use glam::UVec2; // the macro names it
         let mut hidden = false;
-        let coarse = coarse_ray(origin, direction.map(|v| v / length), reach * self.scale);
         let mut state = self.hierarchy.new_traversal(coarse.direction);
         let mut node;
         obvhs::traverse!(
@@ -116,17 +128,17 @@ impl Occluder {
 /// The ray that walks the hierarchy, in single precision. The mesh lies within √3 of the
 /// centre, so that a ray from afar can start nearer without missing anything.
 fn coarse_ray(origin: [f64; 3], unit: [f64; 3], reach: f64) -> obvhs::ray::Ray {
-    let distance = origin.iter().map(|v| v * v).sum::<f64>().sqrt();
-    let skip = if distance > NEAR {
-        distance - NEAR / 2.0
+    let squared = origin[0] * origin[0] + origin[1] * origin[1] + origin[2] * origin[2];
+    let skip = if squared > NEAR * NEAR {
+        squared.sqrt() - NEAR / 2.0
     } else {
         0.0
     };
-    let start = std::array::from_fn(|x| (origin[x] + skip * unit[x]) as f32);
+    let start = |x: usize| (origin[x] + skip * unit[x]) as f32;
     let slack = f64::from(PADDING);
     obvhs::ray::Ray::new(
-        Vec3A::from_array(start),
-        Vec3A::from_array(unit.map(|v| v as f32)),
+        Vec3A::new(start(0), start(1), start(2)),
+        Vec3A::new(unit[0] as f32, unit[1] as f32, unit[2] as f32),
         0.0,
         (reach - skip + slack) as f32,
     )
@@ -172,7 +184,8 @@ mod tests {
     fn brute_force(occluder: &Occluder, origin: [f64; 3], direction: [f64; 3], reach: f64) -> bool {
         let local = std::array::from_fn(|x| (origin[x] - occluder.center[x]) * occluder.scale);
         let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let ray = Ray::new(local, direction, reach * occluder.scale / length);
+        let unit = direction.map(|v| v / length);
+        let ray = Ray::new(local, unit, reach * occluder.scale);
         occluder.triangles.iter().any(|t| ray.meets(t))
     }
 

@@ -54,7 +54,11 @@ impl Ray {
     }
 
     pub(crate) fn meets(&self, corners: &[[f64; 3]; 3]) -> bool {
-        let [a, b, c] = corners.map(|corner| self.sheared(corner));
+        let [a, b, c] = [
+            self.sheared(corners[0]),
+            self.sheared(corners[1]),
+            self.sheared(corners[2]),
+        ];
         // Twice the areas that the ray's point in the plane across it spans with each edge.
         let (u, v, w) = (area(c, b), area(a, c), area(b, a));
         let negative = u < 0.0 || v < 0.0 || w < 0.0;
