@@ -85,12 +85,7 @@ impl Occluder {
 
     /// [`Occluder::hides`] for an origin relative to [`Occluder::center`], where mirror images
     /// have exactly opposite coordinates, and a direction of length 1.
-    pub(crate) fn hides_from_center(
-        &self,
-        origin: [f64; 3],
-        unit: [f64; 3],
-        reach: f64,
-    ) -> bool {
+    pub(crate) fn hides_from_center(&self, origin: [f64; 3], unit: [f64; 3], reach: f64) -> bool {
         let [x, y, z] = origin;
         let origin = [x * self.scale, y * self.scale, z * self.scale];
         let reach = reach * self.scale;

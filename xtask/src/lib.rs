@@ -1,1 +1,69 @@
-//! Placeholder.
+//! The commands of aogrid, one file each, called as `cargo xtask COMMAND`.
+//!
+//! Exit status: 0 done, 1 failed, 2 wrong usage. Errors are one line on stderr. Output files
+//! are written beside their place and renamed, so that a killed command leaves old ones whole.
+
+mod commands;
+mod console;
+mod interrupt;
+mod output;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use commands::{bake, bench, ci, diff, export, info, sample, slices, verify};
+use console::Console;
+
+#[derive(Parser)]
+#[command(
+    name = "cargo xtask",
+    bin_name = "cargo xtask",
+    version,
+    about,
+    max_term_width = 100
+)]
+#[command(disable_help_subcommand = true)]
+struct Cli {
+    /// No progress and no notes, only results and errors
+    #[arg(long, global = true)]
+    quiet: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Bake(Box<bake::Args>),
+    Info(info::Args),
+    Verify(verify::Args),
+    Diff(diff::Args),
+    Slices(slices::Args),
+    Sample(sample::Args),
+    Export(export::Args),
+    Bench(bench::Args),
+    Ci,
+}
+
+/// Runs the command that the process was called with.
+pub fn run() -> ExitCode {
+    let cli = Cli::parse();
+    let console = Console::new(cli.quiet);
+    let result = match cli.command {
+        Command::Bake(args) => bake::run(&args, &console),
+        Command::Info(args) => info::run(&args, &console),
+        Command::Verify(args) => verify::run(&args, &console),
+        Command::Diff(args) => diff::run(&args, &console),
+        Command::Slices(args) => slices::run(&args, &console),
+        Command::Sample(args) => sample::run(&args, &console),
+        Command::Export(args) => export::run(&args, &console),
+        Command::Bench(args) => bench::run(&args, &console),
+        Command::Ci => ci::run(&console),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            console.error(&error);
+            ExitCode::FAILURE
+        }
+    }
+}

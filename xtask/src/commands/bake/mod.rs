@@ -1,0 +1,169 @@
+//! `bake`: models → grid files.
+
+mod args;
+mod jobs;
+mod report;
+
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::Context;
+use aogrid_bake_core::mesh::{self, LoadedMesh, MeshReport};
+use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, post};
+use aogrid_baker_cpu::Occluder;
+use aogrid_grid_format::{BoundaryMode, GridSpec, Source};
+
+pub(crate) use args::{Args, SamplingArgs};
+use jobs::{Job, Jobs};
+use report::{Baked, Outcome, Outputs, Times};
+
+use crate::console::Console;
+use crate::{interrupt, output};
+
+pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
+    let options = args.options().unwrap_or_else(|usage| usage.exit());
+    let placement = args.placement();
+    use_threads(args.sampling.threads)?;
+    interrupt::listen();
+    let jobs = Jobs::new(args)?;
+    let mut outputs = Outputs::default();
+    for model in &args.models {
+        let shown = model.display();
+        let (name, blake3) = LoadedMesh::identify(model).with_context(|| shown.to_string())?;
+        let single = jobs.of_whole(model);
+        if let (Some(job), false) = (&single, args.force)
+            && let Some(grid) = jobs::up_to_date(job, &placement, &options, &name, &blake3)
+        {
+            outputs.push(Outcome::up_to_date(job, &grid), console, args.json);
+            continue;
+        }
+        let loading = Instant::now();
+        let loaded = mesh::load(model).with_context(|| shown.to_string())?;
+        let load_s = loading.elapsed().as_secs_f64();
+        let of_model = match single {
+            Some(job) => vec![job],
+            None => jobs.of_parts(model, &loaded.mesh)?,
+        };
+        for job in of_model {
+            let current = match args.force || job.part.is_none() {
+                true => None,
+                false => jobs::up_to_date(&job, &placement, &options, &name, &blake3),
+            };
+            let outcome = match current {
+                Some(grid) => Outcome::up_to_date(&job, &grid),
+                None => {
+                    let baker = Baker {
+                        loaded: &loaded,
+                        load_s,
+                        placement: &placement,
+                        options: &options,
+                    };
+                    baker.run(&job, args.dry_run, console)?
+                }
+            };
+            outputs.push(outcome, console, args.json);
+        }
+    }
+    outputs.finish(console, args.json)
+}
+
+/// Bakes with this many threads from here on.
+pub(crate) fn use_threads(threads: Option<u16>) -> anyhow::Result<()> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0).into());
+    pool.build_global().context("cannot start the threads")
+}
+
+/// What is the same for all parts of a model.
+struct Baker<'a> {
+    loaded: &'a LoadedMesh,
+    load_s: f64,
+    placement: &'a Placement,
+    options: &'a BakeOptions,
+}
+
+impl Baker<'_> {
+    fn run(&self, job: &Job, dry_run: bool, console: &Console) -> anyhow::Result<Outcome> {
+        let part;
+        let mesh = match job.part {
+            Some(idx) => {
+                part = self
+                    .loaded
+                    .mesh
+                    .part(idx)
+                    .with_context(|| job.title.clone())?;
+                &part
+            }
+            None => &self.loaded.mesh,
+        };
+        let spec = self
+            .placement
+            .place(&mesh.bounds())
+            .with_context(|| job.title.clone())?;
+        let report = MeshReport::new(mesh);
+        if dry_run {
+            return Ok(Outcome::dry(job, &report, &spec));
+        }
+        output::check(&job.out)?;
+        let baked = self.bake(job, mesh, spec, report, console)?;
+        let record = baked.grid.record();
+        if record.boundary.requested != record.boundary.applied {
+            debug_assert_eq!(record.boundary.applied, BoundaryMode::Rr);
+            console.warning(&format!(
+                "{}: occlusion at the grid's boundary is {:.3}, too much for boundary `jgt`; \
+                 `rr` was used: a larger grid would help",
+                job.title, record.boundary.v_m
+            ));
+        }
+        output::write(&job.out, &baked.grid.to_bytes())?;
+        Ok(Outcome::baked(job, baked))
+    }
+
+    fn bake(
+        &self,
+        job: &Job,
+        mesh: &TriangleMesh,
+        spec: GridSpec,
+        report: MeshReport,
+        console: &Console,
+    ) -> anyhow::Result<Baked> {
+        let started = Instant::now();
+        let occluder = Occluder::new(mesh);
+        let prepare_s = started.elapsed().as_secs_f64();
+
+        let started = Instant::now();
+        let bar = console.progress(&job.title);
+        let raw = occluder
+            .bake(spec, self.options, &|progress| bar.observe(progress))
+            .with_context(|| job.title.clone())?;
+        drop(bar);
+        let visibility_s = started.elapsed().as_secs_f64();
+
+        let started = Instant::now();
+        let source = Source {
+            part: job
+                .part
+                .map(|idx| self.loaded.mesh.parts()[idx].name.clone()),
+            triangles: mesh.triangles().len() as u64,
+            ..Source::from(self.loaded)
+        };
+        let grid = post::finish(raw, self.placement, self.options, source)
+            .with_context(|| job.title.clone())?;
+        Ok(Baked {
+            grid,
+            report,
+            times: Times {
+                load_s: self.load_s,
+                prepare_s,
+                visibility_s,
+                post_s: started.elapsed().as_secs_f64(),
+                threads: rayon::current_num_threads(),
+            },
+        })
+    }
+}
+
+/// A file's name without folders and endings, for the names of what is made from it.
+fn stem(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default();
+    stem.to_string_lossy().into_owned()
+}

@@ -1,0 +1,176 @@
+//! What a bake says of itself, to people and to machines.
+
+use std::path::PathBuf;
+
+use aogrid_bake_core::mesh::MeshReport;
+use aogrid_grid_format::{BoundaryMode, Grid, GridSpec, Interior, Method};
+use serde::Serialize;
+
+use super::jobs::Job;
+use crate::commands::info;
+use crate::console::Console;
+
+/// How long the stages took, in seconds.
+#[derive(Serialize)]
+pub(super) struct Times {
+    pub load_s: f64,
+    /// From the loaded mesh to the first direction.
+    pub prepare_s: f64,
+    pub visibility_s: f64,
+    pub post_s: f64,
+    pub threads: usize,
+}
+
+/// A fresh grid and how it came about.
+pub(super) struct Baked {
+    pub grid: Grid,
+    pub report: MeshReport,
+    pub times: Times,
+}
+
+/// What happened to one job.
+pub(super) struct Outcome {
+    json: OutcomeJson,
+    lines: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct OutcomeJson {
+    out: PathBuf,
+    /// `baked`, `up-to-date` or `dry-run`.
+    state: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mesh: Option<info::MeshJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    grid: Option<info::GridJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    placement: Option<info::BoxJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    times: Option<Times>,
+}
+
+impl Outcome {
+    pub(super) fn up_to_date(job: &Job, grid: &Grid) -> Self {
+        Self {
+            json: OutcomeJson {
+                out: job.out.clone(),
+                state: "up-to-date",
+                mesh: None,
+                grid: Some(info::GridJson::new(grid)),
+                placement: None,
+                times: None,
+            },
+            lines: vec![format!("{} is up to date", job.out.display())],
+        }
+    }
+
+    pub(super) fn dry(job: &Job, report: &MeshReport, spec: &GridSpec) -> Self {
+        Self {
+            lines: vec![
+                format!("{}: {}", job.title, info::mesh_line(report)),
+                format!(
+                    "  would write {}: {}",
+                    job.out.display(),
+                    info::box_line(spec)
+                ),
+            ],
+            json: OutcomeJson {
+                out: job.out.clone(),
+                state: "dry-run",
+                mesh: Some(info::MeshJson::new(report)),
+                grid: None,
+                placement: Some(info::BoxJson::new(spec)),
+                times: None,
+            },
+        }
+    }
+
+    pub(super) fn baked(job: &Job, baked: Baked) -> Self {
+        let Baked {
+            grid,
+            report,
+            times,
+        } = baked;
+        let bytes = grid.texels().len() as f64 / 1024.0;
+        Self {
+            lines: vec![
+                format!("{}: {}", job.title, info::mesh_line(&report)),
+                format!("  {}", info::box_line(grid.spec())),
+                format!("  {}", sampling_line(&grid)),
+                format!("  {}", times_line(&times)),
+                format!("  wrote {} ({bytes:.0} KiB of texels)", job.out.display()),
+            ],
+            json: OutcomeJson {
+                out: job.out.clone(),
+                state: "baked",
+                mesh: Some(info::MeshJson::new(&report)),
+                grid: Some(info::GridJson::new(&grid)),
+                placement: None,
+                times: Some(times),
+            },
+        }
+    }
+}
+
+fn sampling_line(grid: &Grid) -> String {
+    let record = grid.record();
+    let method = match record.method {
+        Method::Faces { size } => format!("six {size}×{size} faces a cell"),
+        Method::Rays { count, seed } => format!("{count} rays a cell, seed {seed}"),
+    };
+    let interior = match record.interior {
+        Interior::Fill => "filled",
+        Interior::Keep => "kept",
+    };
+    let boundary = match record.boundary.applied {
+        BoundaryMode::Jgt => "jgt",
+        BoundaryMode::Rr => "rr",
+        BoundaryMode::None => "none",
+    };
+    format!(
+        "{method} (CPU, BVH rays); {} interior cells {interior}; boundary {boundary}, V_M = {:.4}",
+        record.interior_cells, record.boundary.v_m
+    )
+}
+
+fn times_line(times: &Times) -> String {
+    format!(
+        "loaded in {}, prepared in {}, visibility in {}, post-processed in {}, with {} threads",
+        seconds(times.load_s),
+        seconds(times.prepare_s),
+        seconds(times.visibility_s),
+        seconds(times.post_s),
+        times.threads
+    )
+}
+
+/// Three digits of a duration.
+fn seconds(s: f64) -> String {
+    match s {
+        s if s < 0.9995 => format!("{:.3} ms", 1e3 * s),
+        s => format!("{s:.2} s"),
+    }
+}
+
+/// What happened to all jobs.
+#[derive(Default, Serialize)]
+pub(super) struct Outputs {
+    outputs: Vec<OutcomeJson>,
+}
+
+impl Outputs {
+    /// Tells people at once; collects for machines.
+    pub(super) fn push(&mut self, outcome: Outcome, console: &Console, json: bool) {
+        if !json {
+            outcome.lines.iter().for_each(|line| console.note(line));
+        }
+        self.outputs.push(outcome.json);
+    }
+
+    pub(super) fn finish(&self, console: &Console, json: bool) -> anyhow::Result<()> {
+        match json {
+            true => console.json(self),
+            false => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! `bench`: how long the stages of a bake take, in one process, warm.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::Context;
+use aogrid_bake_core::{BakeOptions, Placement, mesh, post};
+use aogrid_baker_cpu::Occluder;
+use aogrid_grid_format::{Method, Source};
+use serde::Serialize;
+
+use super::bake::{SamplingArgs, use_threads};
+use crate::console::Console;
+use crate::interrupt;
+
+/// Time the stages of a bake: medians over repeats after one warm-up, in one process
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// Wavefront OBJ files
+    #[arg(required = true, value_name = "MODEL")]
+    models: Vec<PathBuf>,
+    #[command(flatten)]
+    sampling: SamplingArgs,
+    /// How often to measure
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    repeat: u32,
+    /// Report as one JSON object on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Report {
+    models: Vec<Model>,
+}
+
+#[derive(Serialize)]
+struct Model {
+    file: PathBuf,
+    triangles: usize,
+    rows: Vec<Row>,
+}
+
+#[derive(Serialize)]
+struct Row {
+    method: &'static str,
+    kernel: &'static str,
+    backend: &'static str,
+    adapter: Option<String>,
+    threads: usize,
+    /// Everything between the loaded mesh and the first direction.
+    prepare_s: f64,
+    visibility_s: f64,
+    post_s: f64,
+}
+
+pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
+    use_threads(args.sampling.threads)?;
+    interrupt::listen();
+    let models = args.models.iter().map(|path| measure(path, args, console));
+    let report = Report {
+        models: models.collect::<anyhow::Result<_>>()?,
+    };
+    if args.json {
+        return console.json(&report);
+    }
+    console.result("triangles  prepare ms  visibility ms  post ms  threads  kernel  file");
+    for model in &report.models {
+        for row in &model.rows {
+            console.result(&format!(
+                "{:9}  {:10.2}  {:13.2}  {:7.2}  {:7}  {:6}  {}",
+                model.triangles,
+                1e3 * row.prepare_s,
+                1e3 * row.visibility_s,
+                1e3 * row.post_s,
+                row.threads,
+                row.kernel,
+                model.file.display()
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn measure(path: &PathBuf, args: &Args, console: &Console) -> anyhow::Result<Model> {
+    let shown = || path.display().to_string();
+    let loaded = mesh::load(path).with_context(shown)?;
+    let placement = Placement {
+        resolution: args.sampling.resolution,
+        ..Placement::default()
+    };
+    let mut options = BakeOptions::recommended();
+    if let Some(size) = args.sampling.face_size {
+        options.method = Method::Faces { size };
+    }
+    let spec = placement.place(&loaded.mesh.bounds()).with_context(shown)?;
+    let bar = console.progress(&shown());
+    let mut samples = Vec::new();
+    // The first repeat warms up and is not counted.
+    for _ in 0..=args.repeat {
+        let start = Instant::now();
+        let occluder = Occluder::new(&loaded.mesh);
+        let prepared = Instant::now();
+        let raw = occluder
+            .bake(spec, &options, &|progress| bar.observe(progress))
+            .with_context(shown)?;
+        let seen = Instant::now();
+        post::finish(raw, &placement, &options, Source::from(&loaded)).with_context(shown)?;
+        samples.push([prepared - start, seen - prepared, seen.elapsed()]);
+    }
+    let [prepare_s, visibility_s, post_s] = [0, 1, 2].map(|stage| {
+        let stage = samples[1..].iter().map(|sample| sample[stage]);
+        median(stage.map(|duration| duration.as_secs_f64()).collect())
+    });
+    Ok(Model {
+        file: path.clone(),
+        triangles: loaded.mesh.triangles().len(),
+        rows: vec![Row {
+            method: "faces",
+            kernel: "rays",
+            backend: "cpu",
+            adapter: None,
+            threads: rayon::current_num_threads(),
+            prepare_s,
+            visibility_s,
+            post_s,
+        }],
+    })
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    match values.len() % 2 {
+        0 => (values[middle - 1] + values[middle]) / 2.0,
+        _ => values[middle],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn medians() {
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
+        assert_eq!(median(vec![7.0]), 7.0);
+    }
+}

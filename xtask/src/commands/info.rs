@@ -1,0 +1,248 @@
+//! `info`: what a grid or a model is.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use aogrid_bake_core::mesh::{self, MeshReport};
+use aogrid_grid_format::{BakeRecord, Grid, GridSpec};
+use serde::Serialize;
+
+use crate::console::Console;
+
+/// Say what a grid file holds and how it was made, or what a model is like
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// A grid (*.ao.ktx2) or a model (*.obj)
+    file: PathBuf,
+    /// Report as one JSON object on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
+    let path = &args.file;
+    if path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("obj"))
+    {
+        let loaded = mesh::load(path).with_context(|| path.display().to_string())?;
+        let report = MeshReport::new(&loaded.mesh);
+        if args.json {
+            return console.json(&MeshJson::new(&report));
+        }
+        mesh_lines(&report)
+            .iter()
+            .for_each(|line| console.result(line));
+        return Ok(());
+    }
+    let grid = read_grid(path)?;
+    if args.json {
+        return console.json(&GridJson::new(&grid));
+    }
+    grid_lines(&grid)
+        .iter()
+        .for_each(|line| console.result(line));
+    Ok(())
+}
+
+/// Reads a grid file; errors name it.
+pub(crate) fn read_grid(path: &Path) -> anyhow::Result<Grid> {
+    let shown = || path.display().to_string();
+    // A device or pipe could be endless.
+    let metadata = fs::metadata(path).with_context(shown)?;
+    anyhow::ensure!(metadata.is_file(), "{}: it is not a regular file", shown());
+    let bytes = fs::read(path).with_context(shown)?;
+    Grid::from_bytes(&bytes).with_context(shown)
+}
+
+/// A mesh report for machines.
+#[derive(Serialize)]
+pub(crate) struct MeshJson {
+    triangles: usize,
+    parts: usize,
+    min: [f32; 3],
+    max: [f32; 3],
+    degenerate: usize,
+    duplicate: usize,
+    boundary_edges: usize,
+    non_manifold_edges: usize,
+    closed: bool,
+}
+
+impl MeshJson {
+    pub(crate) fn new(report: &MeshReport) -> Self {
+        Self {
+            triangles: report.triangles,
+            parts: report.parts,
+            min: report.bounds.min,
+            max: report.bounds.max,
+            degenerate: report.degenerate,
+            duplicate: report.duplicate,
+            boundary_edges: report.boundary_edges,
+            non_manifold_edges: report.non_manifold_edges,
+            closed: report.is_closed(),
+        }
+    }
+}
+
+/// A grid's box for machines.
+#[derive(Serialize)]
+pub(crate) struct BoxJson {
+    resolution: [u32; 3],
+    center: [f32; 3],
+    half_extents: [f32; 3],
+}
+
+impl BoxJson {
+    pub(crate) fn new(spec: &GridSpec) -> Self {
+        Self {
+            resolution: spec.resolution(),
+            center: spec.center(),
+            half_extents: spec.half_extents(),
+        }
+    }
+}
+
+/// A grid file for machines.
+#[derive(Serialize)]
+pub(crate) struct GridJson {
+    #[serde(flatten)]
+    spec: BoxJson,
+    encoding: &'static str,
+    format: &'static str,
+    writer: String,
+    texel_bytes: usize,
+    mean: f64,
+    largest: f32,
+    bake: BakeRecord,
+}
+
+impl GridJson {
+    pub(crate) fn new(grid: &Grid) -> Self {
+        Self {
+            spec: BoxJson::new(grid.spec()),
+            encoding: grid.encoding().name(),
+            format: grid.format().name(),
+            writer: grid.writer().to_owned(),
+            texel_bytes: grid.texel_bytes(),
+            mean: grid.statistics().mean,
+            largest: grid.statistics().largest,
+            bake: grid.record().clone(),
+        }
+    }
+}
+
+fn grid_lines(grid: &Grid) -> Vec<String> {
+    let record = grid.record();
+    let source = &record.source;
+    let part = source.part.as_ref().map(|part| format!(", part `{part}`"));
+    let [ox, oy, oz] = record.sample_offset;
+    let max_distance = match record.max_distance {
+        Some(distance) => distance.to_string(),
+        None => "unlimited".into(),
+    };
+    let epsilon = match record.epsilon {
+        Some(epsilon) => format!("epsilon {epsilon}"),
+        None => "given half-extents".into(),
+    };
+    let boundary = record.boundary;
+    let statistics = grid.statistics();
+    vec![
+        format!("grid       {}", box_line(grid.spec())),
+        format!("placed by  {epsilon}"),
+        format!(
+            "encoding   {}, {}",
+            grid.encoding().name(),
+            grid.format().name()
+        ),
+        format!(
+            "occlusion  mean {:.5}, largest {:.5}",
+            statistics.mean, statistics.largest
+        ),
+        format!(
+            "sampled    {:?}, offset {ox},{oy},{oz} cells",
+            record.method
+        ),
+        format!("distance   {max_distance}"),
+        format!(
+            "interior   {} cells, {:?}",
+            record.interior_cells, record.interior
+        ),
+        format!(
+            "boundary   {:?} (asked for: {:?}), V_M {:.5}",
+            boundary.applied, boundary.requested, boundary.v_m
+        ),
+        format!(
+            "source     {}{}, {} triangles",
+            source.name,
+            part.unwrap_or_default(),
+            source.triangles
+        ),
+        format!("hash       {}", source.blake3),
+        format!("writer     {}", grid.writer()),
+    ]
+}
+
+/// Where a grid lies, in a line.
+pub(crate) fn box_line(spec: &GridSpec) -> String {
+    let [nx, ny, nz] = spec.resolution();
+    let ([cx, cy, cz], [ex, ey, ez]) = (spec.center(), spec.half_extents());
+    format!(
+        "{nx}×{ny}×{nz} cells, centre ({cx:.4}, {cy:.4}, {cz:.4}), half-extents ({ex:.4}, {ey:.4}, {ez:.4})"
+    )
+}
+
+/// What a mesh is like, in a line.
+pub(crate) fn mesh_line(report: &MeshReport) -> String {
+    let mut facts = vec![
+        counted(report.triangles, "triangle"),
+        counted(report.parts, "part"),
+    ];
+    facts.push(
+        if report.is_closed() {
+            "closed"
+        } else {
+            "not closed"
+        }
+        .into(),
+    );
+    let flaws = [
+        (report.boundary_edges, "boundary edge"),
+        (report.non_manifold_edges, "non-manifold edge"),
+        (report.degenerate, "degenerate triangle"),
+        (report.duplicate, "duplicate triangle"),
+    ];
+    facts.extend(
+        flaws
+            .iter()
+            .filter(|(n, _)| *n > 0)
+            .map(|&(n, what)| counted(n, what)),
+    );
+    facts.join(", ")
+}
+
+fn counted(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
+fn mesh_lines(report: &MeshReport) -> Vec<String> {
+    let ([ax, ay, az], [bx, by, bz]) = (report.bounds.min, report.bounds.max);
+    vec![
+        format!("triangles   {}", report.triangles),
+        format!("parts       {}", report.parts),
+        format!("box         ({ax}, {ay}, {az}) to ({bx}, {by}, {bz})"),
+        format!("degenerate  {} triangles without area", report.degenerate),
+        format!("duplicate   {} triangles", report.duplicate),
+        format!(
+            "edges       {} boundary, {} non-manifold: {}",
+            report.boundary_edges,
+            report.non_manifold_edges,
+            if report.is_closed() {
+                "closed"
+            } else {
+                "not closed"
+            }
+        ),
+    ]
+}

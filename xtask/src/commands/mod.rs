@@ -1,0 +1,11 @@
+//! One file a command.
+
+pub(crate) mod bake;
+pub(crate) mod bench;
+pub(crate) mod ci;
+pub(crate) mod diff;
+pub(crate) mod export;
+pub(crate) mod info;
+pub(crate) mod sample;
+pub(crate) mod slices;
+pub(crate) mod verify;

@@ -1,0 +1,7 @@
+//! `cargo xtask`: see the library for the commands.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    xtask::run()
+}

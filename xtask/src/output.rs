@@ -1,0 +1,62 @@
+//! Files appear whole or not at all.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use anyhow::{Context, bail};
+
+/// Writes `bytes` to `path`: into a temporary file beside it, which then takes its place.
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    write_with(path, |file| file.write_all(bytes))
+}
+
+/// [`write`] for what is made while it is written.
+pub(crate) fn write_with(
+    path: &Path,
+    produce: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> anyhow::Result<()> {
+    check(path)?;
+    let folder = folder(path);
+    let cannot_write = || format!("{}: cannot write it", path.display());
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".").suffix(".tmp");
+    #[cfg(unix)]
+    // The process's umask takes away what the user does not want.
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let temporary = builder.tempfile_in(folder).with_context(cannot_write)?;
+    let mut file = io::BufWriter::new(temporary);
+    produce(&mut file)
+        .and_then(|()| file.flush())
+        .with_context(cannot_write)?;
+    let temporary = file.into_inner().map_err(|e| e.into_error())?;
+    temporary.as_file().sync_all().with_context(cannot_write)?;
+    temporary
+        .persist(path)
+        .map_err(|e| e.error)
+        .with_context(cannot_write)?;
+    Ok(())
+}
+
+/// Says what is wrong with an output's place before any work is done for it.
+pub(crate) fn check(path: &Path) -> anyhow::Result<()> {
+    if path.is_dir() {
+        bail!("{}: it is a folder; name a file in it", path.display());
+    }
+    if path.file_name().is_none() {
+        bail!("{}: it is not a file's name", path.display());
+    }
+    let folder = folder(path);
+    if !folder.is_dir() {
+        let folder = folder.display();
+        bail!("{}: the folder {folder} does not exist", path.display());
+    }
+    Ok(())
+}
+
+fn folder(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if folder.as_os_str().is_empty() => Path::new("."),
+        Some(folder) => folder,
+        None => path,
+    }
+}
