@@ -40,7 +40,7 @@ pub enum PlacementError {
     #[error("the mesh has no extent: all its vertices are at one point")]
     NoExtent,
     /// What comes out is no grid.
-    #[error("the grid's box: {0}")]
+    #[error("the grid's box is impossible")]
     Spec(#[from] SpecError),
 }
 

@@ -93,7 +93,7 @@ pub enum ReadError {
     )]
     NoMetadata,
     /// The metadata is not the JSON it should be.
-    #[error("the `aogrid` metadata is not readable: {0}")]
+    #[error("the `aogrid` metadata is not readable")]
     Metadata(#[source] serde_json::Error),
     /// A profile that is newer than this reader.
     #[error(
@@ -114,7 +114,7 @@ pub enum ReadError {
         found: usize,
     },
     /// The metadata's box is none.
-    #[error("the grid's box: {0}")]
+    #[error("the grid's box is impossible")]
     Spec(#[from] SpecError),
     /// A metadata number is out of its range.
     #[error("metadata `{0}` is out of range")]

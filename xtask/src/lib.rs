@@ -41,6 +41,7 @@ enum Command {
     Sample(sample::Args),
     Export(export::Args),
     Bench(bench::Args),
+    /// Check everything that must hold before a change lands: format, clippy, docs, tests
     Ci,
 }
 

@@ -23,7 +23,7 @@ pub struct LoadedMesh {
 #[non_exhaustive]
 pub enum LoadError {
     /// It cannot be read.
-    #[error("cannot read it: {0}")]
+    #[error("cannot read it")]
     Read(#[from] io::Error),
     /// A device, a pipe, a folder.
     #[error("it is not a regular file")]

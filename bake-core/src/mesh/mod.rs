@@ -47,7 +47,7 @@ pub struct Bounds {
 #[non_exhaustive]
 pub enum MeshError {
     /// Nothing to bake.
-    #[error("it has no triangles")]
+    #[error("it has no triangles: no face with three corners or more")]
     Empty,
     /// A corner that does not exist.
     #[error("triangle {triangle} refers to vertex {vertex} of {count}")]

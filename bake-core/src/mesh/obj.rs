@@ -44,9 +44,7 @@ pub enum ObjError {
         reason: String,
     },
     /// It parses, but what it holds is not a mesh.
-    #[error(
-        "{0}; it needs at least one `f` line with three vertices that are not all one and the same"
-    )]
+    #[error("it holds no mesh")]
     Mesh(#[from] MeshError),
 }
 

@@ -147,7 +147,7 @@ fn times_line(times: &Times) -> String {
 /// Three digits of a duration.
 fn seconds(s: f64) -> String {
     match s {
-        s if s < 0.9995 => format!("{:.3} ms", 1e3 * s),
+        s if s < 0.9995 => format!("{:.1} ms", 1e3 * s),
         s => format!("{s:.2} s"),
     }
 }

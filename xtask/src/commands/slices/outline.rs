@@ -1,0 +1,41 @@
+//! Where a plane cuts a mesh.
+
+use aogrid_bake_core::TriangleMesh;
+
+/// The segments, in (x, y), in which the plane at height `z` cuts the mesh's triangles.
+pub(super) fn cut(mesh: &TriangleMesh, z: f64) -> Vec<[[f64; 2]; 2]> {
+    let triangles = mesh
+        .corners()
+        .map(|t| t.map(|corner| corner.map(f64::from)));
+    triangles.filter_map(|t| cut_triangle(t, z)).collect()
+}
+
+fn cut_triangle(t: [[f64; 3]; 3], z: f64) -> Option<[[f64; 2]; 2]> {
+    // A corner on the plane counts as above: then either no edge crosses, or two do.
+    let above = t.map(|corner| corner[2] >= z);
+    let mut crossings = (0..3).filter_map(|i| {
+        let j = (i + 1) % 3;
+        let (a, b) = (t[i], t[j]);
+        (above[i] != above[j]).then(|| {
+            let s = (z - a[2]) / (b[2] - a[2]);
+            [a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1])]
+        })
+    });
+    Some([crossings.next()?, crossings.next()?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plane_cuts_two_edges_or_none() {
+        let t = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 4.0, 2.0]];
+        assert_eq!(cut_triangle(t, 1.0), Some([[1.0, 2.0], [0.0, 2.0]]));
+        assert_eq!(cut_triangle(t, 3.0), None);
+        assert_eq!(cut_triangle(t, -1.0), None);
+        // Through a corner: at the apex, and along the lower edge.
+        assert_eq!(cut_triangle(t, 2.0), Some([[0.0, 4.0], [0.0, 4.0]]));
+        assert_eq!(cut_triangle(t, 0.0), None);
+    }
+}

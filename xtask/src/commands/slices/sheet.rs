@@ -1,0 +1,281 @@
+//! The contact sheet: rows of slices across z, occlusion above, directions below.
+
+use aogrid_bake_core::TriangleMesh;
+use aogrid_grid_format::{Encoding, Grid};
+use image::RgbImage;
+
+use super::canvas::{BACKGROUND, Canvas, Colour, DIM, INK, LETTER};
+use super::outline;
+
+/// The longer side of a slice, in pixels.
+const TILE: f64 = 128.0;
+/// The fewest pixels of the shorter side, so that a slice of a rod can still be seen.
+const THINNEST: u32 = 16;
+const COLUMNS: usize = 8;
+/// At most so many slices are drawn, evenly spread.
+const SLICES: usize = 32;
+const GAP: u32 = 8;
+/// From one line of text to the next.
+const LINE: u32 = LETTER + 4;
+const MARGIN: u32 = 16;
+/// The picture is at least this wide, for its lines of text.
+const LEAST_WIDTH: u32 = 720;
+
+const OUTLINE: Colour = [255, 96, 0];
+const OUTLINE_ON_COLOURS: Colour = [255, 255, 255];
+
+/// The side of the scale of directions, in pixels.
+const BALL: u32 = 64;
+
+/// Directions fade into the background below this occlusion: there is little to point at.
+const FADE: f32 = 0.05;
+
+/// What a block of slices shows.
+#[derive(Clone, Copy, PartialEq)]
+enum Quantity {
+    Occlusion,
+    Direction,
+}
+
+impl Quantity {
+    fn colour(self, [x, y, z, a]: [f32; 4]) -> Colour {
+        match self {
+            Self::Occlusion => [((1.0 - a) * 255.0).round() as u8; 3],
+            Self::Direction => {
+                let strength = (a / FADE).min(1.0);
+                let mut colour = direction_colour([x, y, z]);
+                for (c, background) in colour.iter_mut().zip(BACKGROUND) {
+                    let mixed = f32::from(*c) * strength + f32::from(background) * (1.0 - strength);
+                    *c = mixed.round() as u8;
+                }
+                colour
+            }
+        }
+    }
+
+    fn outline(self) -> Colour {
+        match self {
+            Self::Occlusion => OUTLINE,
+            Self::Direction => OUTLINE_ON_COLOURS,
+        }
+    }
+}
+
+/// −1..1 along x, y, z as dark to bright red, green, blue.
+fn direction_colour(d: [f32; 3]) -> Colour {
+    d.map(|v| ((v * 0.5 + 0.5).clamp(0.0, 1.0) * 255.0).round() as u8)
+}
+
+/// Sizes of the sheet's parts.
+struct Layout {
+    /// Of a slice, in pixels.
+    tile: [u32; 2],
+    /// The z indices of the slices drawn.
+    slices: Vec<u32>,
+}
+
+impl Layout {
+    fn new(grid: &Grid) -> Self {
+        let [ex, ey, _] = grid.spec().half_extents().map(f64::from);
+        let pixels = TILE / ex.max(ey);
+        let tile = [ex, ey].map(|e| ((e * pixels).round() as u32).max(THINNEST));
+        let nz = grid.spec().resolution()[2] as usize;
+        let shown = nz.min(SLICES);
+        let slices = (0..shown).map(|s| ((2 * s + 1) * nz / (2 * shown)) as u32);
+        Self {
+            tile,
+            slices: slices.collect(),
+        }
+    }
+
+    fn width(&self) -> u32 {
+        let columns = self.slices.len().min(COLUMNS) as u32;
+        let tiles = columns * (self.tile[0].max(10 * LETTER) + GAP) - GAP;
+        tiles.max(LEAST_WIDTH) + 2 * MARGIN
+    }
+
+    /// Of a block of slices with its heading.
+    fn block_height(&self) -> u32 {
+        let rows = self.slices.len().div_ceil(COLUMNS) as u32;
+        2 * LINE + rows * (self.tile[1] + LINE + GAP)
+    }
+
+    /// The upper left corner of a slice in a block.
+    fn place(&self, slice: usize) -> [u32; 2] {
+        let (row, column) = ((slice / COLUMNS) as u32, (slice % COLUMNS) as u32);
+        [
+            column * (self.tile[0].max(10 * LETTER) + GAP),
+            2 * LINE + row * (self.tile[1] + LINE + GAP),
+        ]
+    }
+}
+
+/// Draws the sheet of `grid`, which is called `name`.
+pub(super) fn draw(grid: &Grid, mesh: Option<&TriangleMesh>, name: &str) -> RgbImage {
+    let layout = Layout::new(grid);
+    let quantities: &[Quantity] = match grid.encoding() {
+        Encoding::Occlusion => &[Quantity::Occlusion],
+        Encoding::Cone => &[Quantity::Occlusion, Quantity::Direction],
+    };
+    let header = headings(grid, name);
+    let top = MARGIN + header.len() as u32 * LINE + LINE;
+    let scales = BALL + 2 * LINE;
+    let height = top + quantities.len() as u32 * layout.block_height() + scales + MARGIN;
+    let mut canvas = Canvas::new(layout.width(), height);
+    for (line, text) in (0..).zip(&header) {
+        let colour = if line == 0 { INK } else { DIM };
+        canvas.text(MARGIN, MARGIN + line * LINE, text, colour);
+    }
+    for (block, &quantity) in (0..).zip(quantities) {
+        let origin = [MARGIN, top + block * layout.block_height()];
+        draw_block(&mut canvas, &layout, origin, grid, mesh, quantity);
+    }
+    let origin = [MARGIN, height - MARGIN - scales];
+    draw_scales(
+        &mut canvas,
+        origin,
+        quantities.contains(&Quantity::Direction),
+    );
+    canvas.into_image()
+}
+
+fn headings(grid: &Grid, name: &str) -> Vec<String> {
+    let (spec, record) = (grid.spec(), grid.record());
+    let [nx, ny, nz] = spec.resolution();
+    let [ex, ey, ez] = spec.half_extents();
+    let part = record.source.part.as_ref();
+    vec![
+        name.to_owned(),
+        format!(
+            "{}{}, {} triangles",
+            record.source.name,
+            part.map(|part| format!(" ({part})")).unwrap_or_default(),
+            record.source.triangles
+        ),
+        format!("{nx}x{ny}x{nz} cells, half-extents {ex:.4}, {ey:.4}, {ez:.4}"),
+        format!(
+            "boundary {:?}, V_M {:.4}, {} interior cells; mean a {:.4}, largest {:.4}",
+            record.boundary.applied,
+            record.boundary.v_m,
+            record.interior_cells,
+            grid.statistics().mean,
+            grid.statistics().largest
+        ),
+    ]
+}
+
+fn draw_block(
+    canvas: &mut Canvas,
+    layout: &Layout,
+    [left, top]: [u32; 2],
+    grid: &Grid,
+    mesh: Option<&TriangleMesh>,
+    quantity: Quantity,
+) {
+    let title = match quantity {
+        Quantity::Occlusion => "a: hidden share of the sphere; x right, y up, one slice for each z",
+        Quantity::Direction => "d: direction towards the object, same slices",
+    };
+    canvas.text(left, top, title, INK);
+    for (slice, &k) in layout.slices.iter().enumerate() {
+        let [x, y] = layout.place(slice);
+        let origin = [left + x, top + y];
+        draw_slice(canvas, layout.tile, origin, grid, k, quantity);
+        let [_, _, from_center] = grid.spec().sample_from_center([0, 0, k], [0.0; 3]);
+        let z = f64::from(grid.spec().center()[2]) + from_center;
+        if let Some(mesh) = mesh {
+            draw_outline(
+                canvas,
+                layout.tile,
+                origin,
+                grid,
+                mesh,
+                z,
+                quantity.outline(),
+            );
+        }
+        let label = format!("z {z:.3}");
+        canvas.text(origin[0], origin[1] + layout.tile[1] + 2, &label, DIM);
+    }
+}
+
+fn draw_slice(
+    canvas: &mut Canvas,
+    [width, height]: [u32; 2],
+    [left, top]: [u32; 2],
+    grid: &Grid,
+    k: u32,
+    quantity: Quantity,
+) {
+    let [nx, ny, _] = grid.spec().resolution();
+    for y in 0..height {
+        // Pictures grow downwards, y upwards.
+        let j = (height - 1 - y) * ny / height;
+        for x in 0..width {
+            let cone = grid.cone(grid.spec().cell_idx([x * nx / width, j, k]));
+            canvas.set(left + x, top + y, quantity.colour(cone));
+        }
+    }
+}
+
+fn draw_outline(
+    canvas: &mut Canvas,
+    tile: [u32; 2],
+    origin: [u32; 2],
+    grid: &Grid,
+    mesh: &TriangleMesh,
+    z: f64,
+    colour: Colour,
+) {
+    let ([cx, cy, _], [ex, ey, _]) = (grid.spec().center(), grid.spec().half_extents());
+    let pixel = |[x, y]: [f64; 2]| {
+        let u = (x - f64::from(cx)) / f64::from(ex) * 0.5 + 0.5;
+        let v = (y - f64::from(cy)) / f64::from(ey) * 0.5 + 0.5;
+        [u * f64::from(tile[0]), (1.0 - v) * f64::from(tile[1])]
+    };
+    for segment in outline::cut(mesh, z) {
+        canvas.line(origin, tile, segment.map(pixel), colour);
+    }
+}
+
+fn draw_scales(canvas: &mut Canvas, [left, top]: [u32; 2], with_directions: bool) {
+    let (width, height) = (200, 16);
+    canvas.text(left, top, "a", INK);
+    for x in 0..width {
+        let a = x as f32 / (width - 1) as f32;
+        for y in 0..height {
+            canvas.set(
+                left + x,
+                top + LINE + y,
+                Quantity::Occlusion.colour([0.0, 0.0, 0.0, a]),
+            );
+        }
+    }
+    for (x, text) in [(0, "0"), (width / 2 - 12, "0.5"), (width - LETTER, "1")] {
+        canvas.text(left + x, top + LINE + height + 4, text, DIM);
+    }
+    if !with_directions {
+        return;
+    }
+    let halves = [(1.0, "d, z towards you"), (-1.0, "d, z away")];
+    for (i, (sign, title)) in (0..).zip(halves) {
+        let left = left + width + 40 + i * 160;
+        canvas.text(left, top, title, INK);
+        draw_ball(canvas, [left, top + LINE], sign);
+    }
+}
+
+/// The half ball of directions whose z has the sign of `sign`, seen from +z.
+fn draw_ball(canvas: &mut Canvas, [left, top]: [u32; 2], sign: f32) {
+    for row in 0..BALL {
+        for column in 0..BALL {
+            let centred = |i: u32| (2 * i + 1) as f32 / BALL as f32 - 1.0;
+            let (x, y) = (centred(column), -centred(row));
+            let square = 1.0 - x * x - y * y;
+            if square >= 0.0 {
+                let colour = direction_colour([x, y, sign * square.sqrt()]);
+                canvas.set(left + column, top + row, colour);
+            }
+        }
+    }
+}
