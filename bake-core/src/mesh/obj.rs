@@ -23,7 +23,7 @@ pub enum ObjError {
     #[error("line {0}: a face holds something that is not a vertex index")]
     Face(usize),
     /// An `f` line that names a vertex that the file does not have.
-    #[error("line {line}: a face refers to vertex {index}, but the file has {count} there")]
+    #[error("line {line}: a face refers to vertex {index}; 1 to {count} and -{count} to -1 exist")]
     Index {
         /// The line.
         line: usize,
@@ -44,7 +44,7 @@ pub enum ObjError {
         reason: String,
     },
     /// It parses, but what it holds is not a mesh.
-    #[error("it holds no mesh")]
+    #[error(transparent)]
     Mesh(#[from] MeshError),
 }
 

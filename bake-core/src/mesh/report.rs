@@ -74,9 +74,9 @@ fn duplicates(triangles: &[[u32; 3]]) -> usize {
 fn odd_edges(triangles: &[[u32; 3]]) -> (usize, usize) {
     let mut edges: Vec<[u32; 2]> = triangles
         .iter()
+        // With two corners at one place it is a line, which bounds nothing.
+        .filter(|[a, b, c]| a != b && b != c && c != a)
         .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
-        // A triangle with two corners at one place has no edge between them.
-        .filter(|[a, b]| a != b)
         .map(|[a, b]| [a.min(b), a.max(b)])
         .collect();
     edges.sort_unstable();

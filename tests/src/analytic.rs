@@ -1,0 +1,66 @@
+//! Occlusion that is known exactly.
+
+use std::f64::consts::PI;
+
+use aogrid_bake_core::TriangleMesh;
+use aogrid_bake_core::mesh::Part;
+
+/// The fraction of the sphere of directions that a ball of radius `r` hides from a point at
+/// `distance` > r from its centre: a cap of half-angle asin(r/distance).
+pub fn sphere_fraction(r: f64, distance: f64) -> f64 {
+    (1.0 - (r / distance).asin().cos()) / 2.0
+}
+
+/// The fraction that a convex closed mesh hides from a point outside it: every direction that
+/// meets it meets one front and one back, so half of the sum of all |solid angles|.
+pub fn convex_fraction(mesh: &TriangleMesh, point: [f64; 3]) -> f64 {
+    let angles = mesh.corners().map(|t| solid_angle(t, point).abs());
+    angles.sum::<f64>() / 2.0 / (4.0 * PI)
+}
+
+/// Van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30 (1983), equation 8.
+fn solid_angle(triangle: [[f32; 3]; 3], point: [f64; 3]) -> f64 {
+    let [a, b, c] = triangle.map(|corner| {
+        let v: [f64; 3] = std::array::from_fn(|x| f64::from(corner[x]) - point[x]);
+        v
+    });
+    let dot = |p: [f64; 3], q: [f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+    let [la, lb, lc] = [a, b, c].map(|v| dot(v, v).sqrt());
+    let volume = a[0] * (b[1] * c[2] - b[2] * c[1])
+        + a[1] * (b[2] * c[0] - b[0] * c[2])
+        + a[2] * (b[0] * c[1] - b[1] * c[0]);
+    let denominator = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb;
+    2.0 * volume.atan2(denominator)
+}
+
+/// A mesh of one part from separate triangles.
+///
+/// # Panics
+///
+/// If they are no mesh.
+pub fn mesh_of(triangles: &[[[f32; 3]; 3]]) -> TriangleMesh {
+    let n = triangles.len();
+    let indices = (0..n as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
+    let whole = Part {
+        name: "soup".into(),
+        triangles: 0..n,
+    };
+    TriangleMesh::new(triangles.concat(), indices.collect(), vec![whole]).expect("a mesh")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_triangle_of_three_axes_covers_an_eighth() {
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        assert!((solid_angle(axes, [0.0; 3]) - PI / 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn from_a_surface_half_the_sphere_is_hidden() {
+        assert!((sphere_fraction(1.0, 1.0) - 0.5).abs() < 1e-12);
+        assert!((sphere_fraction(1.0, 2.0) - (1.0 - 0.75_f64.sqrt()) / 2.0).abs() < 1e-12);
+    }
+}

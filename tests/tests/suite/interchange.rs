@@ -1,0 +1,103 @@
+//! npm's `ktx-parse` and three.js read our files. Needs Node.js and the npm registry: skipped
+//! where one is missing, unless `AOGRID_NODE=require`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::{BakeOptions, Placement};
+use aogrid_grid_format::{Encoding, Method, TexelFormat};
+use aogrid_tests::{grid, skip};
+
+const PACKAGE: [&str; 2] = ["package.json", "check.mjs"];
+
+/// A folder with the packages installed, or why there is none.
+fn installed() -> Result<PathBuf, String> {
+    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("node");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("node");
+    fs::create_dir_all(&folder).unwrap();
+    for file in PACKAGE {
+        fs::copy(from.join(file), folder.join(file)).unwrap();
+    }
+    let args = [
+        "install",
+        "--no-package-lock",
+        "--no-audit",
+        "--no-fund",
+        "--silent",
+    ];
+    let install = Command::new("npm").args(args).current_dir(&folder).output();
+    match install {
+        Ok(output) if output.status.success() => Ok(folder),
+        Ok(output) => Err(format!(
+            "npm install failed: {}",
+            String::from_utf8_lossy(&output.stderr)
+        )),
+        Err(error) => Err(format!("npm cannot be started: {error}")),
+    }
+}
+
+#[test]
+fn ktx_parse_and_three_js_read_every_kind_of_file() {
+    let node = match installed() {
+        Ok(folder) => folder,
+        Err(why) if std::env::var("AOGRID_NODE").as_deref() == Ok("require") => panic!("{why}"),
+        Err(why) => return skip(&why),
+    };
+    let mesh = Sample::Table.mesh(None).unwrap();
+    let kinds: Vec<_> = Encoding::ALL
+        .into_iter()
+        .flat_map(|encoding| TexelFormat::ALL.map(|format| (encoding, format)))
+        .collect();
+    // Three different sizes, so that no axes can be confused; odd ones need padding in R8.
+    let placement = Placement {
+        resolution: [9, 10, 11],
+        ..Placement::default()
+    };
+    let paths: Vec<PathBuf> = kinds
+        .iter()
+        .map(|&(encoding, format)| {
+            let options = BakeOptions {
+                method: Method::Faces { size: 8 },
+                encoding,
+                format,
+                ..BakeOptions::recommended()
+            };
+            let path = node.join(format!("{}-{}.ao.ktx2", encoding.name(), format.name()));
+            fs::write(&path, grid(&mesh, &placement, &options).to_bytes()).unwrap();
+            path
+        })
+        .collect();
+
+    let checked = Command::new("node")
+        .arg("check.mjs")
+        .args(&paths)
+        .current_dir(&node)
+        .output()
+        .unwrap();
+    let stdout = String::from_utf8(checked.stdout).unwrap();
+    let errors = String::from_utf8_lossy(&checked.stderr);
+    assert!(checked.status.success(), "{errors}");
+    let found: Vec<serde_json::Value> = stdout
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    let expected: Vec<_> = kinds
+        .iter()
+        .map(|(encoding, format)| {
+            serde_json::json!({
+                "rewrittenEqual": true,
+                "orientation": "ruo",
+                "encoding": encoding.name(),
+                "is3d": true,
+                "size": [9, 10, 11],
+                "type": format.name(),
+                "channels": encoding.channels(),
+                "texelsEqual": true,
+                "colorSpace": "srgb-linear",
+            })
+        })
+        .collect();
+    assert_eq!(found, expected);
+}

@@ -1,0 +1,18 @@
+//! The cross-crate tests, one binary.
+
+/// Occlusion that is known exactly: a ball, a box, random rays.
+mod analytic;
+/// Committed sample models are what the generator makes.
+mod assets;
+/// The same bytes for any number of threads, and for two runs.
+mod determinism;
+/// Other programs' readers open our files.
+mod interchange;
+/// Which crate may use which.
+mod layering;
+/// Real meshes made by others.
+mod meshes;
+/// Values per receiver from an independent program.
+mod reference;
+/// A symmetric mesh gives symmetric counts, exactly.
+mod symmetry;
