@@ -41,12 +41,20 @@ pub fn raw(mesh: &TriangleMesh, placement: &Placement, options: &BakeOptions) ->
 ///
 /// If any of it fails.
 pub fn grid(mesh: &TriangleMesh, placement: &Placement, options: &BakeOptions) -> Grid {
+    finish(raw(mesh, placement, options), placement, options)
+}
+
+/// What follows the moments.
+///
+/// # Panics
+///
+/// If they make no grid.
+pub fn finish(raw: RawGrid, placement: &Placement, options: &BakeOptions) -> Grid {
     let source = Source {
         name: "test.obj".into(),
         part: None,
         blake3: "0".repeat(64),
-        triangles: mesh.triangles().len() as u64,
+        triangles: 1,
     };
-    let raw = raw(mesh, placement, options);
     post::finish(raw, placement, options, source).expect("the moments make a grid")
 }
