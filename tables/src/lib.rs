@@ -1,4 +1,11 @@
 //! The tables `T_clip` and `T_merge`, with which a renderer clips an occlusion cone by a
 //! receiver's tangent plane and unites two cones (RR-5779, section 5; JGT supplement).
-//!
-//! Nothing here yet: the crate's place in the workspace is fixed, its contents are to come.
+
+mod cap;
+pub mod clip;
+pub mod merge;
+mod quadrature;
+mod real;
+
+pub use clip::Clip;
+pub use real::Real;
