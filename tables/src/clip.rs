@@ -33,6 +33,21 @@ pub struct Clip<R> {
     pub axis_weight: R,
 }
 
+impl<R: Real> Clip<R> {
+    /// AO, a′, f: the channels of the table, in their order.
+    pub(crate) fn to_array(self) -> [R; 3] {
+        [self.occlusion, self.fraction, self.axis_weight]
+    }
+
+    pub(crate) fn from_array([occlusion, fraction, axis_weight]: [R; 3]) -> Self {
+        Self {
+            occlusion,
+            fraction,
+            axis_weight,
+        }
+    }
+}
+
 /// `T_clip` by numeric integration over the angle from the normal.
 ///
 /// `a`: fraction of the sphere, 0..=1. `cos_beta`: cosine of the angle between the cone's axis

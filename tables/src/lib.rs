@@ -3,9 +3,17 @@
 
 mod cap;
 pub mod clip;
+mod format;
+mod generated;
 pub mod merge;
 mod quadrature;
 mod real;
+mod table;
+mod texture;
 
 pub use clip::Clip;
+pub use format::Format;
+pub use generated::{GeneratedFile, clip_texels, generated_files, merge_texels};
 pub use real::Real;
+pub use table::{ClipRow, ClipTable, MergeRow, MergeTable};
+pub use texture::texture_coordinate;

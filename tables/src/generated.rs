@@ -1,0 +1,106 @@
+//! The committed tables, and the files that hold them.
+//!
+//! Each file is one line of text, which says what it is and what makes it, and then the bare
+//! texels. The masters are decoded, the textures go to the GPU as they are.
+
+use crate::format::Format;
+use crate::table::{ClipTable, MergeTable};
+
+static CLIP_F32: &[u8] = payload(include_bytes!("generated/t_clip.f32"));
+static CLIP_F16: &[u8] = payload(include_bytes!("generated/t_clip.rgba16float"));
+static CLIP_UNORM8: &[u8] = payload(include_bytes!("generated/t_clip.rgba8unorm"));
+static MERGE_F32: &[u8] = payload(include_bytes!("generated/t_merge.f32"));
+static MERGE_F16: &[u8] = payload(include_bytes!("generated/t_merge.r16float"));
+static MERGE_UNORM8: &[u8] = payload(include_bytes!("generated/t_merge.r8unorm"));
+
+/// The texels of `T_clip` to upload: [`ClipTable::SIZE`] of them, x fastest, tightly packed,
+/// little-endian. Channels: AO, a′, f, 1.
+#[inline]
+pub fn clip_texels(format: Format) -> &'static [u8] {
+    match format {
+        Format::F16 => CLIP_F16,
+        Format::Unorm8 => CLIP_UNORM8,
+    }
+}
+
+/// The texels of `T_merge` to upload: [`MergeTable::SIZE`] of them, x fastest, tightly packed,
+/// little-endian. One channel, the union.
+#[inline]
+pub fn merge_texels(format: Format) -> &'static [u8] {
+    match format {
+        Format::F16 => MERGE_F16,
+        Format::Unorm8 => MERGE_UNORM8,
+    }
+}
+
+/// A file of `tables/src/generated`, as it should be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GeneratedFile {
+    /// Its name in that folder.
+    pub name: &'static str,
+    /// All of it.
+    pub bytes: Vec<u8>,
+}
+
+/// The files that hold these tables: to write them, or to compare with what is committed.
+pub fn generated_files(clip: &ClipTable, merge: &MergeTable) -> Vec<GeneratedFile> {
+    let [clip_width, clip_height] = clip.size();
+    let clip_table = format!("T_clip {clip_width}x{clip_height}");
+    let [width, height, depth] = merge.size();
+    let merge_table = format!("T_merge {width}x{height}x{depth}");
+    vec![
+        file("t_clip.f32", &clip_table, little_endian(clip.master())),
+        file("t_clip.rgba16float", &clip_table, clip.encode(Format::F16)),
+        file(
+            "t_clip.rgba8unorm",
+            &clip_table,
+            clip.encode(Format::Unorm8),
+        ),
+        file("t_merge.f32", &merge_table, little_endian(merge.master())),
+        file("t_merge.r16float", &merge_table, merge.encode(Format::F16)),
+        file(
+            "t_merge.r8unorm",
+            &merge_table,
+            merge.encode(Format::Unorm8),
+        ),
+    ]
+}
+
+fn file(name: &'static str, table: &str, texels: Vec<u8>) -> GeneratedFile {
+    let header = format!("aogrid {table}, made by `cargo xtask tables`: do not edit\n");
+    GeneratedFile {
+        name,
+        bytes: [header.into_bytes(), texels].concat(),
+    }
+}
+
+fn little_endian<const C: usize>(master: &[[f32; C]]) -> Vec<u8> {
+    master
+        .as_flattened()
+        .iter()
+        .flat_map(|value| value.to_le_bytes())
+        .collect()
+}
+
+pub(crate) fn clip_master() -> Vec<[f32; 3]> {
+    from_little_endian(CLIP_F32)
+}
+
+pub(crate) fn merge_master() -> Vec<[f32; 1]> {
+    from_little_endian(MERGE_F32)
+}
+
+fn from_little_endian<const C: usize>(bytes: &[u8]) -> Vec<[f32; C]> {
+    let value = |word: &[u8]| f32::from_le_bytes([word[0], word[1], word[2], word[3]]);
+    let texel = |words: &[u8]| std::array::from_fn(|channel| value(&words[4 * channel..]));
+    bytes.chunks_exact(4 * C).map(texel).collect()
+}
+
+/// What follows the first line of a file.
+const fn payload(file: &'static [u8]) -> &'static [u8] {
+    let mut start = 0;
+    while file[start] != b'\n' {
+        start += 1;
+    }
+    file.split_at(start + 1).1
+}

@@ -1,0 +1,244 @@
+//! The tables as textures: their nodes, how they are made row by row, and their look-up.
+
+use crate::clip::{self, Clip};
+use crate::format::Format;
+use crate::generated;
+use crate::merge;
+use crate::texture::{Texture, texture_coordinate};
+use std::f32::consts::PI;
+
+/// `T_clip` at the nodes of a 2D texture: x is `a`, y is (cos β + 1)/2.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClipTable {
+    texture: Texture<3>,
+}
+
+/// `T_merge` at the nodes of a 3D texture: x is `a1`, y is `a2`, z is γ/π.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MergeTable {
+    texture: Texture<1>,
+}
+
+/// One row of a [`ClipTable`]: AO, a′ and f for every `a`.
+pub type ClipRow = Vec<[f32; 3]>;
+
+/// One row of a [`MergeTable`]: the union for every `a1`.
+pub type MergeRow = Vec<f32>;
+
+impl ClipTable {
+    /// Nodes of the committed table along `a` and cos β.
+    pub const SIZE: [usize; 2] = [64, 64];
+
+    /// The committed table: the master, at full precision.
+    pub fn committed() -> Self {
+        Self::new(Self::SIZE, generated::clip_master())
+    }
+
+    /// Row `y` of a table, by [`clip::integrate`]. Rows are what whoever has threads, a progress
+    /// bar and a stop button divides the work into.
+    ///
+    /// # Panics
+    /// If an axis has less than two nodes.
+    pub fn row(size: [usize; 2], y: usize) -> ClipRow {
+        let cos_beta = 2.0 * node(y, size[1]) - 1.0;
+        let texel = |x| {
+            clip::integrate(node(x, size[0]), cos_beta)
+                .to_array()
+                .map(to_master)
+        };
+        (0..size[0]).map(texel).collect()
+    }
+
+    /// How many rows a table has.
+    pub fn row_count(size: [usize; 2]) -> usize {
+        size[1]
+    }
+
+    /// Puts all rows of a table together, in their order.
+    ///
+    /// # Panics
+    /// If that does not make a texture of the given size.
+    pub fn from_rows(size: [usize; 2], rows: Vec<ClipRow>) -> Self {
+        Self::new(size, rows.concat())
+    }
+
+    /// Makes a whole table on this thread.
+    pub fn generate(size: [usize; 2]) -> Self {
+        Self::from_rows(
+            size,
+            (0..Self::row_count(size))
+                .map(|y| Self::row(size, y))
+                .collect(),
+        )
+    }
+
+    /// Nodes along `a` and cos β.
+    pub fn size(&self) -> [usize; 2] {
+        let [width, height, _] = self.texture.size();
+        [width, height]
+    }
+
+    /// The entry for a = `x`/(width − 1) and cos β = 2 `y`/(height − 1) − 1.
+    ///
+    /// # Panics
+    /// If there is no such node.
+    pub fn node(&self, x: usize, y: usize) -> Clip<f32> {
+        Clip::from_array(self.texture.texel([x, y, 0]))
+    }
+
+    /// Looks up with linear filtering, as a GPU does but for the few bits of its weights.
+    /// Arguments as for [`clip::integrate`].
+    pub fn sample(&self, a: f32, cos_beta: f32) -> Clip<f32> {
+        let [width, height] = self.size();
+        let x = texture_coordinate(a, width);
+        let y = texture_coordinate(0.5 * cos_beta + 0.5, height);
+        Clip::from_array(self.texture.sample([x, y, 0.5]))
+    }
+
+    /// The table as a shader reads it after its upload in that format.
+    pub fn quantised(&self, format: Format) -> Self {
+        Self {
+            texture: self.texture.map(|value| format.quantise(value)),
+        }
+    }
+
+    /// The nodes for analysis: C order, shape (a, cos β, \[AO, a′, f\]).
+    pub fn node_array(&self) -> ([usize; 3], Vec<f32>) {
+        let [width, height] = self.size();
+        let nodes = (0..width).flat_map(|x| (0..height).map(move |y| [x, y, 0]));
+        let values = nodes.flat_map(|node| self.texture.texel(node)).collect();
+        ([width, height, 3], values)
+    }
+
+    /// The texels to upload, x fastest: AO, a′, f, and 1 in the fourth channel, which is what a
+    /// shader reads of a texture that has none.
+    pub(crate) fn encode(&self, format: Format) -> Vec<u8> {
+        let rgba = |&[r, g, b]: &[f32; 3]| [r, g, b, 1.0];
+        format.encode(self.master().iter().flat_map(rgba))
+    }
+
+    /// AO, a′ and f, x fastest.
+    pub(crate) fn master(&self) -> &[[f32; 3]] {
+        self.texture.texels()
+    }
+
+    fn new([width, height]: [usize; 2], texels: Vec<[f32; 3]>) -> Self {
+        Self {
+            texture: Texture::new([width, height, 1], texels),
+        }
+    }
+}
+
+impl MergeTable {
+    /// Nodes of the committed table along `a1`, `a2` and γ.
+    pub const SIZE: [usize; 3] = [48, 48, 32];
+
+    /// The committed table: the master, at full precision.
+    pub fn committed() -> Self {
+        Self {
+            texture: Texture::new(Self::SIZE, generated::merge_master()),
+        }
+    }
+
+    /// Row y + height · z of a table, by [`merge::integrate`]. Rows are what whoever has threads, a
+    /// progress bar and a stop button divides the work into.
+    ///
+    /// # Panics
+    /// If an axis has less than two nodes.
+    pub fn row([width, height, depth]: [usize; 3], row: usize) -> MergeRow {
+        let a2 = node(row % height, height);
+        let gamma = std::f64::consts::PI * node(row / height, depth);
+        (0..width)
+            .map(|x| to_master(merge::integrate(node(x, width), a2, gamma)))
+            .collect()
+    }
+
+    /// How many rows a table has.
+    pub fn row_count([_, height, depth]: [usize; 3]) -> usize {
+        height * depth
+    }
+
+    /// Puts all rows of a table together, in their order.
+    ///
+    /// # Panics
+    /// If that does not make a texture of the given size.
+    pub fn from_rows(size: [usize; 3], rows: Vec<MergeRow>) -> Self {
+        let texels = rows.into_iter().flatten().map(|union| [union]).collect();
+        Self {
+            texture: Texture::new(size, texels),
+        }
+    }
+
+    /// Makes a whole table on this thread.
+    pub fn generate(size: [usize; 3]) -> Self {
+        Self::from_rows(
+            size,
+            (0..Self::row_count(size))
+                .map(|row| Self::row(size, row))
+                .collect(),
+        )
+    }
+
+    /// Nodes along `a1`, `a2` and γ.
+    pub fn size(&self) -> [usize; 3] {
+        self.texture.size()
+    }
+
+    /// The entry for a1 = `x`/(width − 1), a2 = `y`/(height − 1) and γ = π `z`/(depth − 1).
+    ///
+    /// # Panics
+    /// If there is no such node.
+    pub fn node(&self, x: usize, y: usize, z: usize) -> f32 {
+        let [union] = self.texture.texel([x, y, z]);
+        union
+    }
+
+    /// Looks up with linear filtering, as a GPU does but for the few bits of its weights.
+    /// Arguments as for [`merge::integrate`].
+    pub fn sample(&self, a1: f32, a2: f32, gamma: f32) -> f32 {
+        let [width, height, depth] = self.size();
+        let x = texture_coordinate(a1, width);
+        let y = texture_coordinate(a2, height);
+        let z = texture_coordinate(gamma / PI, depth);
+        let [union] = self.texture.sample([x, y, z]);
+        union
+    }
+
+    /// The table as a shader reads it after its upload in that format.
+    pub fn quantised(&self, format: Format) -> Self {
+        Self {
+            texture: self.texture.map(|value| format.quantise(value)),
+        }
+    }
+
+    /// The nodes for analysis: C order, shape (a1, a2, γ).
+    pub fn node_array(&self) -> ([usize; 3], Vec<f32>) {
+        let [width, height, depth] = self.size();
+        let columns = (0..width).flat_map(|x| (0..height).map(move |y| (x, y)));
+        let values = columns.flat_map(|(x, y)| (0..depth).map(move |z| self.node(x, y, z)));
+        (self.size(), values.collect())
+    }
+
+    /// The texels to upload, x fastest, one channel.
+    pub(crate) fn encode(&self, format: Format) -> Vec<u8> {
+        format.encode(self.master().iter().flatten().copied())
+    }
+
+    /// The union, x fastest.
+    pub(crate) fn master(&self) -> &[[f32; 1]] {
+        self.texture.texels()
+    }
+}
+
+/// Node `index` of `size` on the unit interval, which has one at either end.
+fn node(index: usize, size: usize) -> f64 {
+    assert!(size >= 2, "a table's axis needs a node at either end");
+    index as f64 / (size - 1) as f64
+}
+
+/// A value of 0..=1 as the master stores it: the nearest multiple of 2⁻²⁴, which is an `f32`.
+/// Finer digits would be the rounding of whoever's sines were used, and change with the platform.
+fn to_master(value: f64) -> f32 {
+    const STEPS: f64 = (1 << 24) as f64;
+    ((value * STEPS).round() / STEPS) as f32
+}
