@@ -17,6 +17,8 @@ mod look_ups;
 mod committed;
 /// The error report, and the errors it may report.
 mod errors;
+/// Both tables to read.
+mod snapshots;
 
 /// The arguments that several modules sweep over.
 mod sweeps;
