@@ -5,6 +5,7 @@ use crate::format::Format;
 use crate::merge;
 use crate::table::{ClipTable, MergeTable};
 use std::f64::consts::PI;
+use std::fmt;
 use std::ops::RangeInclusive;
 
 /// The largest and the typical error of one channel of a table.
@@ -34,6 +35,21 @@ pub enum Measured {
     Nodes(Option<Format>),
     /// Look-ups between the nodes, in a format or (`None`) in the f32 master.
     LookUps(Option<Format>),
+}
+
+impl fmt::Display for Measured {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (what, format) = match self {
+            Self::Integration => return f.write_str("integration"),
+            Self::Nodes(format) => ("nodes", format),
+            Self::LookUps(format) => ("look-ups", format),
+        };
+        match format {
+            None => write!(f, "{what}, f32"),
+            Some(Format::F16) => write!(f, "{what}, f16"),
+            Some(Format::Unorm8) => write!(f, "{what}, unorm8"),
+        }
+    }
 }
 
 /// The domains of the tables.
