@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
 use aogrid_grid_format::{BoundaryMode, Encoding, Grid};
 
 use super::info::read_grid;
@@ -20,27 +19,23 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
-    let mut wrong = 0;
+    let mut last = None;
     for path in &args.files {
         let fault = match read_grid(path) {
             Ok(grid) => fault(&grid).map(|fault| anyhow::anyhow!("{}: {fault}", path.display())),
             Err(error) => Some(error),
         };
         match fault {
+            // One line for each broken file; the last is the command's own error.
             Some(error) => {
-                wrong += 1;
-                console.error(&error);
+                if let Some(earlier) = last.replace(error) {
+                    console.error(&earlier);
+                }
             }
             None => console.result(&format!("{}: ok", path.display())),
         }
     }
-    match wrong {
-        0 => Ok(()),
-        n => bail!(
-            "{n} of {} files are not as they should be",
-            args.files.len()
-        ),
-    }
+    last.map_or(Ok(()), Err)
 }
 
 /// What is wrong with a grid that reads well.

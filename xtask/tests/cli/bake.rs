@@ -1,0 +1,231 @@
+use std::fs;
+use std::path::Path;
+use std::time::SystemTime;
+
+use aogrid_grid_format::{BoundaryMode, Encoding, Grid, TexelFormat};
+use serde_json::Value;
+
+use super::{ok, run, with_sample};
+
+fn read(path: &Path) -> Grid {
+    Grid::from_bytes(&fs::read(path).unwrap()).unwrap()
+}
+
+#[test]
+fn options_reach_the_grid() {
+    let (folder, model) = with_sample("l-shape");
+    let out = folder.path().join("l.ao.ktx2");
+    ok(
+        "bake {} -o {} --resolution 9x10x11 --half-extents 2,1.5,1 --face-size 8 --encoding \
+         occlusion --format f16 --boundary rr --interior keep --sample-offset -0.1,0,0.25 \
+         --max-distance 3",
+        &[&model, &out],
+    );
+    let grid = read(&out);
+    assert_eq!(grid.spec().resolution(), [9, 10, 11]);
+    assert_eq!(grid.spec().half_extents(), [2.0, 1.5, 1.0]);
+    assert_eq!(
+        (grid.encoding(), grid.format()),
+        (Encoding::Occlusion, TexelFormat::F16)
+    );
+    let record = grid.record();
+    let as_json = serde_json::to_value(record).unwrap();
+    assert_eq!(as_json["method"]["faces"]["size"], 8);
+    assert_eq!(as_json["max_distance"], 3.0);
+    assert_eq!(as_json["interior"], "keep");
+    assert_eq!(as_json["epsilon"], Value::Null);
+    assert_eq!(record.boundary.applied, BoundaryMode::Rr);
+    assert_eq!(record.sample_offset, [-0.1, 0.0, 0.25]);
+    assert_eq!(record.source.name, "l-shape.obj");
+    let hash = blake3::hash(&fs::read(&model).unwrap()).to_hex();
+    assert_eq!(record.source.blake3, hash.as_str());
+
+    let rays = folder.path().join("rays.ao.ktx2");
+    ok(
+        "bake {} -o {} --resolution 8 --method rays --rays 32 --seed 9",
+        &[&model, &rays],
+    );
+    let as_json = serde_json::to_value(read(&rays).record()).unwrap();
+    assert_eq!(
+        as_json["method"]["rays"],
+        serde_json::json!({"count": 32, "seed": 9})
+    );
+}
+
+#[test]
+fn threads_do_not_change_a_byte() {
+    let (folder, model) = with_sample("space-ship");
+    let bake = |threads: &str| {
+        let out = folder.path().join(format!("{threads}.ao.ktx2"));
+        ok(
+            &format!("bake {{}} -o {{}} --resolution 12 --threads {threads}"),
+            &[&model, &out],
+        );
+        fs::read(out).unwrap()
+    };
+    let one = bake("1");
+    assert_eq!(one, bake("2"));
+    assert_eq!(one, bake("5"));
+}
+
+/// The state that `bake --json` reports.
+fn state(line: &str, paths: &[&Path]) -> String {
+    let report: Value = serde_json::from_str(&ok(line, paths)).unwrap();
+    let outputs = report["outputs"].as_array().unwrap();
+    assert_eq!(outputs.len(), 1);
+    outputs[0]["state"].as_str().unwrap().to_owned()
+}
+
+#[test]
+fn what_is_up_to_date_is_left_alone() {
+    let (folder, model) = with_sample("box");
+    let out = folder.path().join("box.ao.ktx2");
+    let line = "bake {} -o {} --resolution 8 --json";
+    let modified = || -> SystemTime { fs::metadata(&out).unwrap().modified().unwrap() };
+    assert_eq!(state(line, &[&model, &out]), "baked");
+    let first = modified();
+    assert_eq!(state(line, &[&model, &out]), "up-to-date");
+    assert_eq!(modified(), first);
+    assert_eq!(state(&format!("{line} --force"), &[&model, &out]), "baked");
+    // Any option, the mesh, or a broken output: each is reason enough.
+    for option in [
+        "--epsilon 0.2",
+        "--face-size 8",
+        "--method rays",
+        "--max-distance 1",
+        "--encoding occlusion",
+        "--format f32",
+        "--boundary none",
+        "--interior keep",
+        "--sample-offset 0,0,0",
+        "--half-extents 2,2,2",
+    ] {
+        let changed = format!("{line} {option}");
+        assert_eq!(state(&changed, &[&model, &out]), "baked", "{option}");
+        assert_eq!(state(&changed, &[&model, &out]), "up-to-date", "{option}");
+    }
+    let line = "bake {} -o {} --resolution 9 --json";
+    assert_eq!(state(line, &[&model, &out]), "baked");
+    let obj = fs::read_to_string(&model).unwrap();
+    fs::write(&model, format!("{obj}# touched\n")).unwrap();
+    assert_eq!(state(line, &[&model, &out]), "baked");
+    let bytes = fs::read(&out).unwrap();
+    fs::write(&out, &bytes[..bytes.len() - 1]).unwrap();
+    assert_eq!(state(line, &[&model, &out]), "baked");
+    assert_eq!(fs::read(&out).unwrap(), bytes);
+}
+
+#[test]
+fn parts_become_files_of_their_own() {
+    let (folder, model) = with_sample("robot");
+    let out = folder.path().join("parts");
+    let line = "bake {} -o {} --parts --resolution 8 --face-size 8 --json";
+    let report: Value = serde_json::from_str(&ok(line, &[&model, &out])).unwrap();
+    let outputs = report["outputs"].as_array().unwrap();
+    assert_eq!(outputs.len(), 11);
+    assert_eq!(fs::read_dir(&out).unwrap().count(), 11);
+    let head = read(&out.join("robot.head.ao.ktx2"));
+    assert_eq!(head.record().source.part.as_deref(), Some("head"));
+    let whole = read_whole(&folder.path().join("whole.ao.ktx2"), &model);
+    assert!(head.spec().half_extents()[1] < whole.spec().half_extents()[1]);
+    let again: Value = serde_json::from_str(&ok(line, &[&model, &out])).unwrap();
+    let states = again["outputs"].as_array().unwrap().iter();
+    assert!(states.into_iter().all(|o| o["state"] == "up-to-date"));
+}
+
+fn read_whole(out: &Path, model: &Path) -> Grid {
+    ok("bake {} -o {} --resolution 8 --face-size 8", &[model, out]);
+    read(out)
+}
+
+#[test]
+fn part_names_that_clash_as_files_get_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = folder.path().join("m.obj");
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+    let parts = "o a/b\nf 1 2 3\no a:b\nf 1 2 4\no A.B\nf 1 3 4\n";
+    fs::write(&model, format!("{corners}{parts}")).unwrap();
+    ok(
+        "bake {} -o {} --parts --resolution 8 --face-size 8",
+        &[&model, &folder.path().join("out")],
+    );
+    let mut names: Vec<_> = fs::read_dir(folder.path().join("out"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert_eq!(
+        names,
+        ["m.A_B~3.ao.ktx2", "m.a_b.ao.ktx2", "m.a_b~2.ao.ktx2"]
+    );
+}
+
+#[test]
+fn several_models_go_into_a_folder() {
+    let (folder, a) = with_sample("box");
+    let b = folder.path().join("sphere.obj");
+    ok("sample sphere -o {} --triangles 80", &[&b]);
+    let out = folder.path().join("grids");
+    ok("bake {} {} -o {} --resolution 8", &[&a, &b, &out]);
+    assert!(out.join("box.ao.ktx2").is_file() && out.join("sphere.ao.ktx2").is_file());
+}
+
+#[test]
+fn a_dry_run_writes_nothing() {
+    let (folder, model) = with_sample("table");
+    let out = folder.path().join("none.ao.ktx2");
+    let report = ok("bake {} -o {} --dry-run --json", &[&model, &out]);
+    let report: Value = serde_json::from_str(&report).unwrap();
+    let output = &report["outputs"][0];
+    assert_eq!(output["state"], "dry-run");
+    assert_eq!(output["mesh"]["triangles"], 60);
+    assert_eq!(
+        output["placement"]["resolution"],
+        serde_json::json!([32, 32, 32])
+    );
+    assert!(!out.exists());
+    let parts = folder.path().join("parts");
+    ok("bake {} -o {} --dry-run --parts", &[&model, &parts]);
+    assert!(!parts.exists());
+}
+
+#[test]
+fn json_stands_alone_and_quiet_is_quiet() {
+    let (folder, model) = with_sample("box");
+    let out = folder.path().join("a.ao.ktx2");
+    let output = run(
+        "bake {} -o {} --resolution 8 --json --quiet",
+        &[&model, &out],
+    );
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let output_json = &report["outputs"][0];
+    assert_eq!(
+        output_json["grid"]["resolution"],
+        serde_json::json!([8, 8, 8])
+    );
+    assert!(output_json["times"]["visibility_s"].as_f64().unwrap() > 0.0);
+    assert!(output.stderr.is_empty());
+    let output = run("bake {} -o {} --resolution 9 --quiet", &[&model, &out]);
+    assert!(output.stdout.is_empty() && output.stderr.is_empty());
+}
+
+#[test]
+fn a_boundary_that_cannot_fade_by_jgt_is_a_warning() {
+    let (folder, model) = with_sample("box");
+    let out = folder.path().join("tight.ao.ktx2");
+    let output = run(
+        "bake {} -o {} --resolution 8 --half-extents 0.75,0.75,0.75",
+        &[&model, &out],
+    );
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{stderr}");
+    assert!(
+        stderr.contains("warning: ") && stderr.contains("`rr` was used"),
+        "{stderr}"
+    );
+    let boundary = read(&out).record().boundary;
+    assert_eq!(
+        (boundary.requested, boundary.applied),
+        (BoundaryMode::Jgt, BoundaryMode::Rr)
+    );
+}

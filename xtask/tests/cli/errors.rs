@@ -1,0 +1,142 @@
+use std::fs;
+use std::path::Path;
+
+use super::{fails, run, with_sample};
+
+#[test]
+fn wrong_usage_is_exit_status_2() {
+    let (folder, model) = with_sample("box");
+    let out = folder.path().join("a.ao.ktx2");
+    for wrong in [
+        "",
+        "--resolution 7",
+        "--resolution 32x32",
+        "--face-size 4",
+        "--epsilon 0",
+        "--epsilon 0.1 --half-extents 1,1,1",
+        "--half-extents 1,2",
+        "--rays 3",
+        "--seed 3",
+        "--method rays --face-size 8",
+        "--method rays --rays 0",
+        "--sample-offset 1,0,0",
+        "--max-distance -1",
+        "--threads 0",
+        "--format r8",
+        "--nonsense",
+    ] {
+        let line = match wrong {
+            "" => "bake {}".to_owned(),
+            wrong => format!("bake {{}} -o {{}} {wrong}"),
+        };
+        let output = match wrong {
+            "" => run(&line, &[&model]),
+            _ => run(&line, &[&model, &out]),
+        };
+        assert_eq!(output.status.code(), Some(2), "{wrong}");
+        assert!(!output.stderr.is_empty() && !out.exists(), "{wrong}");
+    }
+}
+
+#[test]
+fn models_that_are_none_are_named_with_the_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("a.ao.ktx2");
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        fs::write(&path, text).unwrap();
+        path
+    };
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    for (path, why) in [
+        (folder.path().join("missing.obj"), "No such file"),
+        (folder.path().join("missing folder/a.obj"), "No such file"),
+        (folder.path().to_owned(), "not a regular file"),
+        (file("model.fbx", ""), "(.obj)"),
+        (file("empty.obj", ""), "no triangles"),
+        (
+            file("nan.obj", &format!("{corners}v nan 0 0\nf 1 2 4")),
+            "line 4",
+        ),
+        (file("index.obj", &format!("{corners}f 1 2 9")), "line 4"),
+        (file("point.obj", "v 1 1 1\nf 1 1 1"), "no extent"),
+        (
+            file("huge.obj", "v 3e38 0 0\nv -3e38 0 0\nv 0 3e38 0\nf 1 2 3"),
+            "box",
+        ),
+    ] {
+        let error = fails("bake {} -o {}", &[&path, &out]);
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        assert!(error.contains(&name) && error.contains(why), "{error}");
+        assert!(!out.exists());
+    }
+}
+
+#[test]
+fn outputs_that_cannot_be_are_refused_before_the_work() {
+    let (folder, model) = with_sample("box");
+    let path = |name: &str| folder.path().join(name);
+    let ending = fails("bake {} -o {}", &[&model, &model]);
+    assert!(ending.contains(".ao.ktx2"), "{ending}");
+    fs::create_dir(path("folder")).unwrap();
+    let is_folder = fails("bake {} -o {}", &[&model, &path("folder")]);
+    assert!(is_folder.contains("it is a folder"), "{is_folder}");
+    fs::create_dir(path("folder.ktx2")).unwrap();
+    let is_folder = fails("bake {} -o {}", &[&model, &path("folder.ktx2")]);
+    assert!(is_folder.contains("it is a folder"), "{is_folder}");
+    let no_folder = fails("bake {} -o {}", &[&model, &path("none/a.ao.ktx2")]);
+    assert!(no_folder.contains("does not exist"), "{no_folder}");
+    fs::write(path("file"), "").unwrap();
+    let is_file = fails("bake {} -o {} --parts", &[&model, &path("file")]);
+    assert!(is_file.contains("it is a file"), "{is_file}");
+    fs::create_dir(path("other")).unwrap();
+    fs::copy(&model, path("other/box.obj")).unwrap();
+    let other = path("other/box.obj");
+    let clash = fails("bake {} {} -o {}", &[&model, &other, &path("folder")]);
+    assert!(clash.contains("into the same file"), "{clash}");
+}
+
+#[test]
+fn every_command_names_a_file_it_cannot_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let broken = folder.path().join("broken.ao.ktx2");
+    let out = folder.path().join("out");
+    fs::write(&broken, "not a texture").unwrap();
+    let missing = Path::new("missing.ao.ktx2");
+    for path in [&*broken, missing] {
+        let lines = [
+            "info {}",
+            "diff {} {}",
+            "slices {} -o {}",
+            "export {} --to npy -o {}",
+        ];
+        for line in lines {
+            let second = if line.starts_with("diff") { path } else { &out };
+            let error = match line {
+                "info {}" => fails(line, &[path]),
+                _ => fails(line, &[path, second]),
+            };
+            assert!(
+                error.contains(&*path.file_name().unwrap().to_string_lossy()),
+                "{error}"
+            );
+        }
+    }
+    assert!(!out.exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_file_without_permission_is_named() {
+    use std::os::unix::fs::PermissionsExt;
+    let (folder, model) = with_sample("box");
+    fs::set_permissions(&model, fs::Permissions::from_mode(0o000)).unwrap();
+    if fs::read(&model).is_ok() {
+        return aogrid_tests::skip("this user may read everything");
+    }
+    let error = fails("bake {} -o {}", &[&model, &folder.path().join("a.ao.ktx2")]);
+    assert!(
+        error.contains("box.obj") && error.contains("denied"),
+        "{error}"
+    );
+}

@@ -1,0 +1,172 @@
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use super::{fails, ok, run, with_sample};
+
+fn baked(options: &str) -> (TempDir, PathBuf) {
+    let (folder, model) = with_sample("table");
+    let out = folder.path().join("table.ao.ktx2");
+    ok(
+        &format!("bake {{}} -o {{}} --resolution 9x10x11 {options}"),
+        &[&model, &out],
+    );
+    (folder, out)
+}
+
+#[test]
+fn info_tells_what_the_file_says() {
+    let (_folder, grid) = baked("--epsilon 0.2");
+    let json: Value = serde_json::from_str(&ok("info {} --json", &[&grid])).unwrap();
+    assert_eq!(json["resolution"], serde_json::json!([9, 10, 11]));
+    assert_eq!(json["encoding"], "cone");
+    assert_eq!(json["bake"]["source"]["triangles"], 60);
+    let text = ok("info {}", &[&grid]);
+    for fact in [
+        "9×10×11 cells",
+        "epsilon 0.2",
+        "table.obj",
+        "60 triangles",
+        "V_M",
+    ] {
+        assert!(text.contains(fact), "{fact} is not in {text}");
+    }
+    let model = grid.with_file_name("table.obj");
+    let json: Value = serde_json::from_str(&ok("info {} --json", &[&model])).unwrap();
+    assert_eq!((&json["parts"], &json["closed"]), (&5.into(), &true.into()));
+    assert!(ok("info {}", &[&model]).contains("closed"));
+}
+
+#[test]
+fn verify_finds_what_readers_do_not() {
+    let (folder, grid) = baked("");
+    assert!(ok("verify {}", &[&grid]).contains("ok"));
+    let bytes = fs::read(&grid).unwrap();
+    let damaged = |name: &str, at: usize, value: u8| {
+        let path = folder.path().join(name);
+        let mut bytes = bytes.clone();
+        bytes[at] = value;
+        fs::write(&path, bytes).unwrap();
+        let output = run("verify {} {}", &[&grid, &path]);
+        assert_eq!(output.status.code(), Some(1));
+        let stdout = String::from_utf8(output.stdout).unwrap();
+        assert_eq!(stdout.lines().count(), 1, "{stdout}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let last = bytes.len() - 1;
+    assert!(damaged("changed.ao.ktx2", last, 200).contains("changed after the bake"));
+    // Cell (4, 6, 5), in the middle: its axis becomes far too short.
+    let idx = (5 * 10 + 6) * 9 + 4;
+    let middle = bytes.len() - (9 * 10 * 11 - idx) * 4;
+    let short = fs::read(&grid).unwrap();
+    assert!(short[middle + 3] > 0, "the cell sees the table");
+    let path = folder.path().join("short.ao.ktx2");
+    let mut short = short;
+    short[middle..middle + 3].copy_from_slice(&[140, 128, 128]);
+    fs::write(&path, short).unwrap();
+    assert!(
+        String::from_utf8(run("verify {}", &[&path]).stderr)
+            .unwrap()
+            .contains("axis of cell")
+    );
+    let gone = fails("verify {}", &[Path::new("gone.ao.ktx2")]);
+    assert!(gone.contains("gone.ao.ktx2"), "{gone}");
+}
+
+#[test]
+fn diff_measures_differences() {
+    let (folder, grid) = baked("");
+    let json = |a: &Path, b: &Path| -> Value {
+        serde_json::from_str(&ok("diff {} {} --json", &[a, b])).unwrap()
+    };
+    let same = json(&grid, &grid);
+    assert_eq!(
+        (&same["equal"], &same["differing_cells"]),
+        (&true.into(), &0.into())
+    );
+    let other = folder.path().join("other.ao.ktx2");
+    let model = folder.path().join("table.obj");
+    ok(
+        "bake {} -o {} --resolution 9x10x11 --method rays",
+        &[&model, &other],
+    );
+    let different = json(&grid, &other);
+    assert_eq!(different["equal"], false);
+    assert_eq!(different["same_box"], true);
+    assert!(different["occlusion_max"].as_f64().unwrap() > 0.005);
+    assert!(different["axis_rms_degrees"].as_f64().unwrap() > 0.5);
+    assert!(ok("diff {} {}", &[&grid, &other]).contains("rms"));
+    ok("bake {} -o {} --resolution 8", &[&model, &other]);
+    assert!(fails("diff {} {}", &[&grid, &other]).contains("[9, 10, 11]"));
+}
+
+#[test]
+fn slices_show_the_object_where_it_is() {
+    let (folder, grid) = baked("--boundary none");
+    let png = folder.path().join("table.png");
+    ok("slices {} -o {}", &[&grid, &png]);
+    let picture = image::open(&png).unwrap().into_rgb8();
+    let orange = picture.pixels().filter(|p| p.0 == [255, 96, 0]).count();
+    assert!(orange > 300, "no outline: {orange}");
+    // Without the model there is no outline, but the same picture else.
+    fs::rename(
+        folder.path().join("table.obj"),
+        folder.path().join("moved.obj"),
+    )
+    .unwrap();
+    let bare = folder.path().join("bare.png");
+    ok("slices {} -o {}", &[&grid, &bare]);
+    let bare = image::open(&bare).unwrap().into_rgb8();
+    assert_eq!(bare.dimensions(), picture.dimensions());
+    assert!(bare.pixels().all(|p| p.0 != [255, 96, 0]));
+    let dark = |p: &image::Rgb<u8>| p.0[0] == p.0[1] && p.0[1] == p.0[2] && p.0[0] < 140;
+    assert!(bare.pixels().filter(|p| dark(p)).count() > 100);
+    let named = folder.path().join("named.png");
+    let moved = folder.path().join("moved.obj");
+    ok("slices {} -o {} --mesh {}", &[&grid, &named, &moved]);
+    assert_eq!(image::open(&named).unwrap().into_rgb8(), picture);
+}
+
+#[test]
+fn npy_holds_the_decoded_values_in_numpy_order() {
+    let (folder, grid) = baked("--format f32 --encoding occlusion");
+    let npy = folder.path().join("a.npy");
+    ok("export {} --to npy -o {}", &[&grid, &npy]);
+    let bytes = fs::read(&npy).unwrap();
+    let file = npyz::NpyFile::new(&bytes[..]).unwrap();
+    assert_eq!(file.shape(), [11, 10, 9, 1]);
+    let values: Vec<f32> = file.into_vec().unwrap();
+    let read = aogrid_grid_format::Grid::from_bytes(&fs::read(&grid).unwrap()).unwrap();
+    assert_eq!(values, read.decode());
+}
+
+#[test]
+fn bench_reports_every_stage() {
+    let (_folder, model) = with_sample("box");
+    let line = "bench {} --resolution 8 --face-size 8 --repeat 2 --threads 2 --json";
+    let json: Value = serde_json::from_str(&ok(line, &[&model])).unwrap();
+    let model = &json["models"][0];
+    assert_eq!(model["triangles"], 12);
+    let row = &model["rows"][0];
+    assert_eq!(
+        (&row["method"], &row["backend"]),
+        (&"faces".into(), &"cpu".into())
+    );
+    assert_eq!(row["threads"], 2);
+    for stage in ["prepare_s", "visibility_s", "post_s"] {
+        assert!(row[stage].as_f64().unwrap() > 0.0, "{stage}");
+    }
+}
+
+#[test]
+fn samples_are_refined_and_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let obj = folder.path().join("t.obj");
+    ok("sample torus -o {} --triangles 3001", &[&obj]);
+    let text = fs::read_to_string(&obj).unwrap();
+    assert_eq!(text.lines().filter(|l| l.starts_with("f ")).count(), 3002);
+    assert!(fails("sample torus -o {} --triangles 3", &[&obj]).contains("at least"));
+    assert_eq!(run("sample pyramid -o {}", &[&obj]).status.code(), Some(2));
+}

@@ -1,0 +1,76 @@
+//! The commands as a user calls them: as processes.
+
+/// Baking: outputs, skipping, parts, reports.
+mod bake;
+/// Bad input and bad places for output: one line each.
+mod errors;
+/// Being killed, interrupted, and running out of disk.
+mod interruption;
+/// Looking at, comparing and exporting grids.
+mod look;
+/// Files that nobody here wrote, many of them broken.
+mod odd_inputs;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use tempfile::TempDir;
+
+/// The binary with `args`, not started yet.
+fn xtask<S: AsRef<std::ffi::OsStr>>(args: impl IntoIterator<Item = S>) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
+    command.args(args);
+    command
+}
+
+/// The words of a command line, `{}` standing for the paths in their order.
+fn words(line: &str, paths: &[&Path]) -> Vec<std::ffi::OsString> {
+    let mut paths = paths.iter();
+    let word = |word: &str| match word {
+        "{}" => paths.next().expect("a path for each {}").into(),
+        word => word.into(),
+    };
+    line.split_whitespace().map(word).collect()
+}
+
+fn run(line: &str, paths: &[&Path]) -> Output {
+    xtask(words(line, paths))
+        .output()
+        .expect("the binary starts")
+}
+
+/// Runs what must succeed; its standard output.
+fn ok(line: &str, paths: &[&Path]) -> String {
+    let output = run(line, paths);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{line}: {stderr}");
+    String::from_utf8(output.stdout).expect("output is text")
+}
+
+/// Runs what must fail with exit status 1 and one line on stderr; that line.
+fn fails(line: &str, paths: &[&Path]) -> String {
+    one_line_error(&run(line, paths), line)
+}
+
+fn one_line_error(output: &Output, what: &str) -> String {
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{what}: {stderr}");
+    assert!(output.stdout.is_empty(), "{what}");
+    let lines: Vec<_> = stderr
+        .lines()
+        .filter(|l| !l.starts_with("warning: "))
+        .collect();
+    assert!(
+        lines.len() == 1 && lines[0].starts_with("error: "),
+        "{what}: {stderr}"
+    );
+    lines[0].to_owned()
+}
+
+/// A folder with one of our models in it.
+fn with_sample(name: &str) -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let model = folder.path().join(format!("{name}.obj"));
+    ok(&format!("sample {name} -o {{}}"), &[&model]);
+    (folder, model)
+}
