@@ -7,7 +7,7 @@ mod lookup;
 
 pub use analytic::{convex_fraction, mesh_of, sphere_fraction};
 pub use data::{files_with_ending, shared, skip};
-pub use lookup::{cells_around, occlusion_at};
+pub use lookup::{cells_around, cone_at};
 
 use aogrid_bake_core::{BakeOptions, Placement, RawGrid, TriangleMesh, UNOBSERVED, post};
 use aogrid_grid_format::{BoundaryMode, Encoding, Grid, Source, TexelFormat};

@@ -2,23 +2,26 @@
 
 use aogrid_grid_format::{Grid, GridSpec};
 
-/// The occlusion fraction at a point in object space: linear between cell centres, clamped at
-/// the edges, 0 outside the grid's box.
-pub fn occlusion_at(grid: &Grid, point: [f64; 3]) -> f64 {
+/// `[dx, dy, dz, a]` at a point in object space: linear between cell centres, clamped at the
+/// edges, 0 outside the grid's box.
+pub fn cone_at(grid: &Grid, point: [f64; 3]) -> [f64; 4] {
+    let mut sum = [0.0; 4];
     let Some((base, weight)) = cell_and_weight(grid.spec(), point) else {
-        return 0.0;
+        return sum;
     };
-    (0..8)
-        .map(|corner| {
-            let share: f64 = (0..3)
-                .map(|x| match upper(corner, x) {
-                    0 => 1.0 - weight[x],
-                    _ => weight[x],
-                })
-                .product();
-            share * f64::from(grid.cone(neighbour(grid.spec(), base, corner))[3])
-        })
-        .sum()
+    for corner in 0..8 {
+        let share: f64 = (0..3)
+            .map(|x| match upper(corner, x) {
+                0 => 1.0 - weight[x],
+                _ => weight[x],
+            })
+            .product();
+        let cone = grid.cone(neighbour(grid.spec(), base, corner));
+        for (sum, value) in sum.iter_mut().zip(cone) {
+            *sum += share * f64::from(value);
+        }
+    }
+    sum
 }
 
 /// The places in memory of the eight cells that a look-up at `point` reads; none outside.

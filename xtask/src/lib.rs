@@ -3,6 +3,7 @@
 //! Exit status: 0 done, 1 failed, 2 wrong usage. Errors are one line on stderr. Output files
 //! are written beside their place and renamed, so that a killed command leaves old ones whole.
 
+mod canvas;
 mod commands;
 mod console;
 mod interrupt;
@@ -11,7 +12,7 @@ mod output;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use commands::{bake, bench, ci, diff, export, info, sample, slices, verify};
+use commands::{bake, bench, ci, diff, export, info, sample, slices, tables, verify};
 use console::Console;
 
 #[derive(Parser)]
@@ -41,6 +42,7 @@ enum Command {
     Sample(sample::Args),
     Export(export::Args),
     Bench(bench::Args),
+    Tables(tables::Args),
     /// Check everything that must hold before a change lands: format, clippy, docs, tests
     Ci,
 }
@@ -58,6 +60,7 @@ pub fn run() -> ExitCode {
         Command::Sample(args) => sample::run(&args, &console),
         Command::Export(args) => export::run(&args, &console),
         Command::Bench(args) => bench::run(&args, &console),
+        Command::Tables(args) => tables::run(&args, &console),
         Command::Ci => ci::run(&console),
     };
     match result {

@@ -4,6 +4,7 @@ use std::process::Command;
 
 use anyhow::{Context, bail};
 
+use super::tables;
 use crate::console::Console;
 
 /// Name, arguments and environment of each check, in the order in which they fail fastest.
@@ -49,6 +50,8 @@ pub(crate) fn run(console: &Console) -> anyhow::Result<()> {
             bail!("{name} failed");
         }
     }
+    console.note("== tables: cargo xtask tables --check");
+    tables::check(console)?;
     console.note("== all checks passed");
     Ok(())
 }

@@ -8,4 +8,5 @@ pub(crate) mod export;
 pub(crate) mod info;
 pub(crate) mod sample;
 pub(crate) mod slices;
+pub(crate) mod tables;
 pub(crate) mod verify;

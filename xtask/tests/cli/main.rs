@@ -10,6 +10,8 @@ mod interruption;
 mod look;
 /// Files that nobody here wrote, many of them broken.
 mod odd_inputs;
+/// T_clip and T_merge: generating, checking, measuring, exporting.
+mod tables;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -1,6 +1,5 @@
 //! `slices`: a grid as a picture that a person can judge.
 
-mod canvas;
 mod outline;
 mod sheet;
 

@@ -4,8 +4,8 @@ use aogrid_bake_core::TriangleMesh;
 use aogrid_grid_format::{Encoding, Grid};
 use image::RgbImage;
 
-use super::canvas::{BACKGROUND, Canvas, Colour, DIM, INK, LETTER};
 use super::outline;
+use crate::canvas::{BACKGROUND, Canvas, Colour, DIM, INK, LETTER};
 
 /// The longer side of a slice, in pixels.
 const TILE: f64 = 128.0;

@@ -4,34 +4,34 @@ use font8x8::{BASIC_FONTS, LATIN_FONTS, UnicodeFonts};
 use image::{Rgb, RgbImage};
 
 /// The side of a letter, in pixels.
-pub(super) const LETTER: u32 = 8;
+pub(crate) const LETTER: u32 = 8;
 
-pub(super) type Colour = [u8; 3];
+pub(crate) type Colour = [u8; 3];
 
-pub(super) const BACKGROUND: Colour = [24, 24, 28];
-pub(super) const INK: Colour = [225, 225, 225];
-pub(super) const DIM: Colour = [150, 150, 155];
+pub(crate) const BACKGROUND: Colour = [24, 24, 28];
+pub(crate) const INK: Colour = [225, 225, 225];
+pub(crate) const DIM: Colour = [150, 150, 155];
 
-pub(super) struct Canvas(RgbImage);
+pub(crate) struct Canvas(RgbImage);
 
 impl Canvas {
-    pub(super) fn new(width: u32, height: u32) -> Self {
+    pub(crate) fn new(width: u32, height: u32) -> Self {
         Self(RgbImage::from_pixel(width, height, Rgb(BACKGROUND)))
     }
 
-    pub(super) fn into_image(self) -> RgbImage {
+    pub(crate) fn into_image(self) -> RgbImage {
         self.0
     }
 
     /// Nothing happens outside the picture.
-    pub(super) fn set(&mut self, x: u32, y: u32, colour: Colour) {
+    pub(crate) fn set(&mut self, x: u32, y: u32, colour: Colour) {
         if let Some(pixel) = self.0.get_pixel_mut_checked(x, y) {
             *pixel = Rgb(colour);
         }
     }
 
     /// Writes `text` with its upper left corner at (x, y).
-    pub(super) fn text(&mut self, mut x: u32, y: u32, text: &str, colour: Colour) {
+    pub(crate) fn text(&mut self, mut x: u32, y: u32, text: &str, colour: Colour) {
         for letter in text.chars() {
             let glyph = BASIC_FONTS.get(letter).or_else(|| LATIN_FONTS.get(letter));
             let glyph = glyph.or_else(|| BASIC_FONTS.get('?')).unwrap_or_default();
@@ -46,7 +46,7 @@ impl Canvas {
 
     /// A line from `a` to `b`, clipped to the rectangle at `origin` of `size`, in which both
     /// are given; the ends may lie outside.
-    pub(super) fn line(
+    pub(crate) fn line(
         &mut self,
         origin: [u32; 2],
         size: [u32; 2],

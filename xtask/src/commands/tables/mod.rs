@@ -1,0 +1,148 @@
+//! `tables`: T_clip and T_merge, by numeric integration.
+
+mod files;
+mod heat_map;
+
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use anyhow::{Context, bail};
+use aogrid_bake_core::Progress;
+use aogrid_tables::{
+    ClipTable, ErrorRow, GeneratedFile, MergeTable, error_report, generated_files,
+};
+use rayon::prelude::*;
+
+use crate::console::{Bar, Console};
+use crate::{interrupt, output};
+
+/// Generate the tables T_clip and T_merge by numeric integration
+///
+/// Without options, writes them where the tables crate takes them from; commit the result.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// Compare with the committed tables instead, and fail if they differ
+    #[arg(long)]
+    check: bool,
+    /// Print how far integration, look-ups and formats are from the closed forms
+    #[arg(long)]
+    errors: bool,
+    /// Write NPY arrays, EXR images with named channels and PNG heat maps into this folder
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Where the tables crate takes its tables from.
+const COMMITTED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tables/src/generated");
+
+pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
+    interrupt::listen();
+    let (clip, merge) = generate(console)?;
+    let files = generated_files(&clip, &merge);
+    if args.check {
+        compare(&files, console)?;
+    }
+    if args.errors {
+        print_errors(&error_report(&clip, &merge), console);
+    }
+    if let Some(folder) = &args.out {
+        write_for_analysis(folder, &clip, &merge, console)?;
+    }
+    if !args.check && !args.errors && args.out.is_none() {
+        for file in &files {
+            output::write(&Path::new(COMMITTED).join(file.name), &file.bytes)?;
+        }
+        console.note(&format!(
+            "wrote {} files into tables/src/generated",
+            files.len()
+        ));
+    }
+    Ok(())
+}
+
+/// Whether the committed tables are what the integration makes.
+pub(crate) fn check(console: &Console) -> anyhow::Result<()> {
+    let (clip, merge) = generate(console)?;
+    compare(&generated_files(&clip, &merge), console)
+}
+
+fn generate(console: &Console) -> anyhow::Result<(ClipTable, MergeTable)> {
+    let bar = console.progress("T_clip");
+    let rows = ClipTable::row_count(ClipTable::SIZE);
+    let clip = on_all_cores(rows, &bar, |y| ClipTable::row(ClipTable::SIZE, y))?;
+    drop(bar);
+    let bar = console.progress("T_merge");
+    let rows = MergeTable::row_count(MergeTable::SIZE);
+    let merge = on_all_cores(rows, &bar, |row| MergeTable::row(MergeTable::SIZE, row))?;
+    Ok((
+        ClipTable::from_rows(ClipTable::SIZE, clip),
+        MergeTable::from_rows(MergeTable::SIZE, merge),
+    ))
+}
+
+fn on_all_cores<R: Send>(
+    total: usize,
+    bar: &Bar,
+    row: impl Fn(usize) -> R + Sync,
+) -> anyhow::Result<Vec<R>> {
+    let done = AtomicUsize::new(0);
+    let one = |idx| {
+        let made = row(idx);
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        match bar.observe(Progress { done, total }) {
+            ControlFlow::Continue(()) => Ok(made),
+            ControlFlow::Break(()) => bail!("cancelled"),
+        }
+    };
+    (0..total).into_par_iter().map(one).collect()
+}
+
+fn compare(files: &[GeneratedFile], console: &Console) -> anyhow::Result<()> {
+    for GeneratedFile { name, bytes } in files {
+        let path = Path::new(COMMITTED).join(name);
+        let shown = format!("tables/src/generated/{name}");
+        let committed = fs::read(path).with_context(|| shown.clone())?;
+        if committed != *bytes {
+            bail!("{shown} is not what the integration makes: run `cargo xtask tables`");
+        }
+    }
+    console.note(&format!("{} committed files are up to date", files.len()));
+    Ok(())
+}
+
+fn print_errors(rows: &[ErrorRow], console: &Console) {
+    console.result("table    channel   measured          max      rms      where");
+    for row in rows {
+        let at: Vec<String> = row.at.iter().map(|x| format!("{x:.4}")).collect();
+        let (table, channel, measured) = (row.table, row.channel, row.measured.to_string());
+        let (max, rms, at) = (row.max, row.rms, at.join(", "));
+        console.result(&format!(
+            "{table:8} {channel:9} {measured:16}  {max:7.1e}  {rms:7.1e}  ({at})"
+        ));
+    }
+}
+
+fn write_for_analysis(
+    folder: &Path,
+    clip: &ClipTable,
+    merge: &MergeTable,
+    console: &Console,
+) -> anyhow::Result<()> {
+    let shown = || format!("{}: cannot create it", folder.display());
+    fs::create_dir_all(folder).with_context(shown)?;
+    let (shape, values) = clip.node_array();
+    files::write_npy(&folder.join("t_clip.npy"), &shape, values)?;
+    let (shape, values) = merge.node_array();
+    files::write_npy(&folder.join("t_merge.npy"), &shape, values)?;
+    output::write(&folder.join("t_clip.exr"), &files::clip_exr(clip)?)?;
+    output::write(&folder.join("t_merge.exr"), &files::merge_exr(merge)?)?;
+    output::write(&folder.join("t_clip.png"), &heat_map::clip(clip)?)?;
+    output::write(&folder.join("t_merge.png"), &heat_map::merge(merge)?)?;
+    console.note(&format!(
+        "wrote t_clip and t_merge as .npy, .exr and .png into {}",
+        folder.display()
+    ));
+    Ok(())
+}
