@@ -112,7 +112,13 @@ mod tests {
     #[test]
     fn winding_and_order_of_corners_do_not_matter() {
         let [a, b, c] = SQUARE[0];
-        for direction in [[0.3, 0.1, 1.0], [0.1, 0.3, 1.0], [0.49, -0.49, 1.0]] {
+        let inside = [[0.3, 0.1, 1.0], [0.49, -0.49, 1.0]];
+        // On each of its edges and corners: hits, too, or rays would slip between neighbours.
+        let on_edges = [[0.1, 0.1, 1.0], [0.5, 0.1, 1.0], [0.1, -0.5, 1.0]];
+        let on_corners = [[0.5, 0.5, 1.0], [-0.5, -0.5, 1.0], [0.5, -0.5, 1.0]];
+        let outside = [[0.1, 0.3, 1.0], [0.5001, 0.1, 1.0]];
+        let hits = inside.into_iter().chain(on_edges).chain(on_corners);
+        for direction in hits.chain(outside) {
             let ray = Ray::new([0.0; 3], direction, f64::INFINITY);
             let orders = [
                 [a, b, c],
@@ -123,7 +129,11 @@ mod tests {
                 [b, a, c],
             ];
             for order in orders {
-                assert_eq!(ray.meets(&order), ray.meets(&SQUARE[0]));
+                assert_eq!(
+                    ray.meets(&order),
+                    !outside.contains(&direction),
+                    "{direction:?}"
+                );
             }
         }
     }

@@ -7,6 +7,7 @@ mod canvas;
 mod commands;
 mod console;
 mod interrupt;
+mod npy;
 mod output;
 
 use std::process::ExitCode;

@@ -1,6 +1,6 @@
 //! `bench`: how long the stages of a bake take, in one process, warm.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Context;
@@ -82,7 +82,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn measure(path: &PathBuf, args: &Args, console: &Console) -> anyhow::Result<Model> {
+fn measure(path: &Path, args: &Args, console: &Console) -> anyhow::Result<Model> {
     let shown = || path.display().to_string();
     let loaded = mesh::load(path).with_context(shown)?;
     let placement = Placement {
@@ -113,7 +113,7 @@ fn measure(path: &PathBuf, args: &Args, console: &Console) -> anyhow::Result<Mod
         median(stage.map(|duration| duration.as_secs_f64()).collect())
     });
     Ok(Model {
-        file: path.clone(),
+        file: path.to_owned(),
         triangles: loaded.mesh.triangles().len(),
         rows: vec![Row {
             method: "faces",

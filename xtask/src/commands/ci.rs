@@ -7,51 +7,61 @@ use anyhow::{Context, bail};
 use super::tables;
 use crate::console::Console;
 
-/// Name, arguments and environment of each check, in the order in which they fail fastest.
-const CHECKS: [(&str, &[&str], &[(&str, &str)]); 4] = [
-    ("format", &["fmt", "--all", "--check"], &[]),
-    (
-        "clippy",
-        &[
-            "clippy",
-            "--workspace",
-            "--all-targets",
-            "--locked",
-            "--",
-            "-D",
-            "warnings",
-        ],
-        &[],
-    ),
-    (
-        "docs",
-        &[
-            "doc",
-            "--workspace",
-            "--no-deps",
-            "--document-private-items",
-            "--locked",
-        ],
-        &[("RUSTDOCFLAGS", "-D warnings")],
-    ),
-    ("tests", &["test", "--workspace", "--locked"], &[]),
+/// A call of cargo.
+struct Check {
+    name: &'static str,
+    args: &'static str,
+    /// Flags for rustdoc.
+    rustdoc: &'static str,
+}
+
+/// In the order in which they fail fastest.
+const CHECKS: [Check; 4] = [
+    Check {
+        name: "format",
+        args: "fmt --all --check",
+        rustdoc: "",
+    },
+    Check {
+        name: "clippy",
+        args: "clippy --workspace --all-targets --locked -- -D warnings",
+        rustdoc: "",
+    },
+    Check {
+        name: "docs",
+        args: "doc --workspace --no-deps --document-private-items --locked",
+        rustdoc: "-D warnings",
+    },
+    Check {
+        name: "tests",
+        args: "test --workspace --locked",
+        rustdoc: "",
+    },
 ];
 
 pub(crate) fn run(console: &Console) -> anyhow::Result<()> {
+    console.note("== tables: cargo xtask tables --check");
+    tables::check(console)?;
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    for (name, args, env) in CHECKS {
-        console.note(&format!("== {name}: cargo {}", args.join(" ")));
+    for Check {
+        name,
+        args,
+        rustdoc,
+    } in CHECKS
+    {
+        console.note(&format!("== {name}: cargo {args}"));
         let mut command = Command::new(&cargo);
-        command.args(args).envs(env.iter().copied());
+        command.args(args.split(' '));
+        if !rustdoc.is_empty() {
+            command.env("RUSTDOCFLAGS", rustdoc);
+        }
         let status = command
             .status()
-            .with_context(|| format!("cannot start cargo {}", args[0]))?;
+            .with_context(|| format!("cannot start cargo {args}"))?;
         if !status.success() {
             bail!("{name} failed");
         }
     }
-    console.note("== tables: cargo xtask tables --check");
-    tables::check(console)?;
     console.note("== all checks passed");
     Ok(())
 }

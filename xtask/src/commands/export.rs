@@ -4,11 +4,10 @@ use std::path::PathBuf;
 
 use aogrid_grid_format::Grid;
 use clap::ValueEnum;
-use npyz::WriterBuilder;
 
 use super::info::read_grid;
 use crate::console::Console;
-use crate::output;
+use crate::npy;
 
 /// Write a grid in another program's format
 #[derive(clap::Args)]
@@ -38,17 +37,9 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn write_npy(args: &Args, grid: &Grid) -> anyhow::Result<[u64; 4]> {
-    let [nx, ny, nz] = grid.spec().resolution().map(u64::from);
-    let shape = [nz, ny, nx, grid.encoding().channels() as u64];
-    output::write_with(&args.out, |file| {
-        let mut writer = npyz::WriteOptions::new()
-            .default_dtype()
-            .shape(&shape)
-            .writer(file)
-            .begin_nd()?;
-        writer.extend(grid.decode())?;
-        writer.finish()
-    })?;
+fn write_npy(args: &Args, grid: &Grid) -> anyhow::Result<[usize; 4]> {
+    let [nx, ny, nz] = grid.spec().resolution().map(|n| n as usize);
+    let shape = [nz, ny, nx, grid.encoding().channels()];
+    npy::write(&args.out, &shape, grid.decode())?;
     Ok(shape)
 }

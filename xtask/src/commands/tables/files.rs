@@ -1,28 +1,10 @@
 //! The tables for other programs.
 
 use std::io::Cursor;
-use std::path::Path;
 
 use anyhow::Context;
 use aogrid_tables::{ClipTable, MergeTable};
 use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, SmallVec, WritableImage};
-
-use crate::output;
-
-/// Writes `values` as a NumPy array of f32 in C order.
-pub(super) fn write_npy(path: &Path, shape: &[usize], values: Vec<f32>) -> anyhow::Result<()> {
-    use npyz::WriterBuilder;
-    let shape: Vec<u64> = shape.iter().map(|&n| n as u64).collect();
-    output::write_with(path, |file| {
-        let mut writer = npyz::WriteOptions::new()
-            .default_dtype()
-            .shape(&shape)
-            .writer(file)
-            .begin_nd()?;
-        writer.extend(values)?;
-        writer.finish()
-    })
-}
 
 /// One pixel a node: a to the right, cos β downwards from 1 to −1; channels `AO`, `a'` and `f`.
 pub(super) fn clip_exr(table: &ClipTable) -> anyhow::Result<Vec<u8>> {

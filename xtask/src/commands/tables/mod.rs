@@ -16,7 +16,7 @@ use aogrid_tables::{
 use rayon::prelude::*;
 
 use crate::console::{Bar, Console};
-use crate::{interrupt, output};
+use crate::{interrupt, npy, output};
 
 /// Generate the tables T_clip and T_merge by numeric integration
 ///
@@ -133,9 +133,9 @@ fn write_for_analysis(
     let shown = || format!("{}: cannot create it", folder.display());
     fs::create_dir_all(folder).with_context(shown)?;
     let (shape, values) = clip.node_array();
-    files::write_npy(&folder.join("t_clip.npy"), &shape, values)?;
+    npy::write(&folder.join("t_clip.npy"), &shape, values)?;
     let (shape, values) = merge.node_array();
-    files::write_npy(&folder.join("t_merge.npy"), &shape, values)?;
+    npy::write(&folder.join("t_merge.npy"), &shape, values)?;
     output::write(&folder.join("t_clip.exr"), &files::clip_exr(clip)?)?;
     output::write(&folder.join("t_merge.exr"), &files::merge_exr(merge)?)?;
     output::write(&folder.join("t_clip.png"), &heat_map::clip(clip)?)?;
