@@ -41,11 +41,11 @@ pub fn bake(
 }
 
 impl Occluder {
-    /// [`bake`](fn@bake) around the mesh of this occluder.
+    /// [`bake()`] around the mesh of this occluder.
     ///
     /// # Errors
     ///
-    /// As [`bake`](fn@bake).
+    /// As [`bake()`].
     pub fn bake(
         &self,
         spec: GridSpec,

@@ -26,7 +26,7 @@
 //!
 //! # Practice
 //!
-//! [`bake`] is all it takes for a grid; an [`Occluder`] kept warm bakes again and again
+//! [`bake()`] is all it takes for a grid; an [`Occluder`] kept warm bakes again and again
 //! ([`Occluder::bake`]) and answers single rays ([`Occluder::hides`]), for ground truth.
 //! Threads are those of the `rayon` pool in which the call runs.
 
