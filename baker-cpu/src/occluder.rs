@@ -130,10 +130,13 @@ fn coarse_ray(origin: [f64; 3], unit: [f64; 3], reach: f64) -> obvhs::ray::Ray {
         0.0
     };
     let start = |x: usize| (origin[x] + skip * unit[x]) as f32;
+    // Adding zero turns −0 into +0: the traversal takes the inverse of the one for positive and
+    // its sign for negative, and misses what lies ahead.
+    let along = |x: usize| unit[x] as f32 + 0.0;
     let slack = f64::from(PADDING);
     obvhs::ray::Ray::new(
         Vec3A::new(start(0), start(1), start(2)),
-        Vec3A::new(unit[0] as f32, unit[1] as f32, unit[2] as f32),
+        Vec3A::new(along(0), along(1), along(2)),
         0.0,
         (reach - skip + slack) as f32,
     )
@@ -224,6 +227,27 @@ mod tests {
             hidden > rays / 10 && hidden < rays / 2,
             "{hidden} of {rays}"
         );
+    }
+
+    /// Faces with an odd number of texels a side have directions with a zero in them.
+    #[test]
+    fn the_sign_of_a_zero_in_a_direction_does_not_matter() {
+        let occluder = Occluder::new(&Sample::Robot.mesh(None).unwrap());
+        let mut next = numbers(3);
+        let mut hidden = 0;
+        for _ in 0..200 {
+            let origin = [next(), next(), next()];
+            for axis in 0..3 {
+                let mut direction = std::array::from_fn(|x| occluder.center[x] - origin[x]);
+                let hides = [0.0, -0.0].map(|zero| {
+                    direction[axis] = zero;
+                    occluder.hides(origin, direction, f64::INFINITY)
+                });
+                assert_eq!(hides[0], hides[1], "{origin:?} {direction:?}");
+                hidden += usize::from(hides[0]);
+            }
+        }
+        assert!(hidden > 20, "{hidden}");
     }
 
     #[test]
