@@ -49,6 +49,23 @@ pub fn texels(size: u32) -> Vec<Texel> {
     texels
 }
 
+/// The place in [`texels`] of a direction whose major axis is `major`, with the sign
+/// `positive`, and whose other two components are those of texel centres number `i` and `j`
+/// from −1: `i` along the axis that follows `major` cyclically, `j` along the one after.
+pub fn texel_idx(size: u32, major: usize, positive: bool, [i, j]: [u32; 2]) -> usize {
+    let face = 2 * major + usize::from(!positive);
+    let [_, s, t] = AXES[face];
+    let number = |(axis, sign): (usize, f64)| {
+        let number = if axis == (major + 1) % 3 { i } else { j };
+        if sign > 0.0 {
+            number
+        } else {
+            size - 1 - number
+        }
+    };
+    ((face as u32 * size + number(t)) * size + number(s)) as usize
+}
+
 /// The solid angle of a texel, in steradians: the corner term `atan2(st, √(s² + t² + 1))` is
 /// the solid angle of the rectangle from the face's centre to (s, t).
 fn solid_angle(column: u32, row: u32, size: u32) -> f64 {
@@ -102,6 +119,26 @@ mod tests {
         for (face, (first, last)) in texels(16).chunks(256).zip(expected) {
             assert_eq!(face[0].direction, first);
             assert_eq!(face[255].direction, last);
+        }
+    }
+
+    #[test]
+    fn texels_are_found_by_their_directions() {
+        let size = 9;
+        let texels = texels(size);
+        let mut seen = vec![false; texels.len()];
+        for (major, positive) in [0, 1, 2].into_iter().flat_map(|m| [(m, true), (m, false)]) {
+            for (i, j) in (0..size).flat_map(|i| (0..size).map(move |j| (i, j))) {
+                let idx = texel_idx(size, major, positive, [i, j]);
+                let mut direction = [0.0; 3];
+                direction[major] = if positive { 1.0 } else { -1.0 };
+                for (number, next) in [(i, 1), (j, 2)] {
+                    let centre = f64::from(2 * number + 1) - f64::from(size);
+                    direction[(major + next) % 3] = centre / f64::from(size);
+                }
+                assert_eq!(texels[idx].direction, direction);
+                assert!(!std::mem::replace(&mut seen[idx], true));
+            }
         }
     }
 

@@ -30,17 +30,23 @@
 //! caller watches, and may stop, a bake through an [`Observer`].
 
 pub mod cube_face;
+mod face_bits;
+mod face_sums;
 mod observer;
 mod options;
 mod placement;
 pub mod post;
+pub mod prepared;
 mod raw_grid;
 pub mod samples;
 
 pub mod mesh;
 
+pub use face_bits::FaceBits;
+pub use face_sums::{FaceSums, FixedTexel, fixed_texels};
 pub use mesh::TriangleMesh;
 pub use observer::{Observer, Progress, UNOBSERVED};
 pub use options::{BakeOptions, OptionsError};
 pub use placement::{Extent, Placement, PlacementError};
+pub use prepared::{PrepareError, PreparedMesh};
 pub use raw_grid::{Moments, RawGrid};

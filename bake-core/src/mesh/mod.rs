@@ -10,6 +10,7 @@ mod weld;
 pub use file::{LoadError, LoadedMesh, load};
 pub use obj::{ObjError, read_obj};
 pub use report::MeshReport;
+pub(crate) use weld::first_at_place;
 
 use std::ops::Range;
 
