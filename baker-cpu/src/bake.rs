@@ -2,8 +2,9 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use aogrid_bake_core::cube_face;
+use aogrid_bake_core::cube_face::texels;
 use aogrid_bake_core::{BakeOptions, Moments, Observer, OptionsError, Progress};
+use aogrid_bake_core::{FaceSums, FixedTexel, fixed_texels};
 use aogrid_bake_core::{RawGrid, TriangleMesh};
 use aogrid_grid_format::{GridSpec, Method};
 use rayon::prelude::*;
@@ -59,21 +60,16 @@ impl Occluder {
             Method::Faces { size } => {
                 let rays = face_rays(size);
                 for_each_cell(&spec, observer, |idx| {
-                    sampler.reduce(idx, rays.iter().copied())
+                    let sums = sampler.faces(idx, &rays);
+                    (sums.moments(directions), sums.count)
                 })
             }
-            Method::Rays { count, seed } => {
-                let weight = 1.0 / f64::from(count);
-                for_each_cell(&spec, observer, |idx| {
-                    let unit = CellDirections::new(seed, idx).take(count as usize);
-                    sampler.reduce(idx, unit.map(|unit| WeightedRay { unit, weight }))
-                })
-            }
+            Method::Rays { count, seed } => for_each_cell(&spec, observer, |idx| {
+                let units = CellDirections::new(seed, idx).take(count as usize);
+                sampler.random(idx, units, count)
+            }),
         }?;
-        let (moments, counts) = cells
-            .into_iter()
-            .map(|cell| (cell.moments(directions), cell.count))
-            .unzip();
+        let (moments, counts) = cells.into_iter().unzip();
         Ok(RawGrid {
             spec,
             moments,
@@ -83,45 +79,13 @@ impl Occluder {
     }
 }
 
-/// A direction to test, and what it counts.
-#[derive(Clone, Copy)]
-struct WeightedRay {
-    unit: [f64; 3],
-    weight: f64,
-}
-
-fn face_rays(size: u32) -> Vec<WeightedRay> {
-    let texels = cube_face::texels(size);
-    let rays = texels.into_iter().map(|texel| {
+/// A texel's direction, of length 1, and its share.
+fn face_rays(size: u32) -> Vec<([f64; 3], FixedTexel)> {
+    let units = texels(size).into_iter().map(|texel| {
         let length = texel.direction.iter().map(|v| v * v).sum::<f64>().sqrt();
-        WeightedRay {
-            unit: texel.direction.map(|v| v / length),
-            weight: texel.weight,
-        }
+        texel.direction.map(|v| v / length)
     });
-    rays.collect()
-}
-
-/// What is known of a cell while its directions are tested.
-#[derive(Clone, Copy, Default)]
-struct Sums {
-    a: f64,
-    m: [f64; 3],
-    count: u32,
-}
-
-impl Sums {
-    fn moments(&self, directions: u32) -> Moments {
-        Moments {
-            // The weights sum to 1 but for rounding; a full cell is full.
-            a: if self.count == directions {
-                1.0
-            } else {
-                self.a.min(1.0) as f32
-            },
-            m: self.m.map(|v| v as f32),
-        }
-    }
+    units.zip(fixed_texels(size)).collect()
 }
 
 /// Where samples lie and how far they see.
@@ -146,30 +110,53 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    fn reduce(&self, idx: usize, rays: impl Iterator<Item = WeightedRay>) -> Sums {
+    fn origin(&self, idx: usize) -> [f64; 3] {
         let cell = self.spec.cell_at(idx);
         let sample = self.spec.sample_from_center(cell, self.sample_offset);
-        let origin = std::array::from_fn(|x| sample[x] + self.grid_from_mesh[x]);
-        let mut sums = Sums::default();
-        for WeightedRay { unit, weight } in rays {
-            if self.occluder.hides_from_center(origin, unit, self.reach) {
-                sums.count += 1;
-                sums.a += weight;
-                for (m, u) in sums.m.iter_mut().zip(unit) {
-                    *m += weight * u;
-                }
+        std::array::from_fn(|x| sample[x] + self.grid_from_mesh[x])
+    }
+
+    fn faces(&self, idx: usize, rays: &[([f64; 3], FixedTexel)]) -> FaceSums {
+        let origin = self.origin(idx);
+        let mut sums = FaceSums::default();
+        for (unit, texel) in rays {
+            if self.occluder.hides_from_center(origin, *unit, self.reach) {
+                sums.add(texel);
             }
         }
         sums
     }
+
+    fn random(
+        &self,
+        idx: usize,
+        units: impl Iterator<Item = [f64; 3]>,
+        rays: u32,
+    ) -> (Moments, u32) {
+        let origin = self.origin(idx);
+        let (mut count, mut sum) = (0, [0.0; 3]);
+        for unit in units {
+            if self.occluder.hides_from_center(origin, unit, self.reach) {
+                count += 1;
+                for (sum, u) in sum.iter_mut().zip(unit) {
+                    *sum += u;
+                }
+            }
+        }
+        let moments = Moments {
+            a: (f64::from(count) / f64::from(rays)) as f32,
+            m: sum.map(|v| (v / f64::from(rays)) as f32),
+        };
+        (moments, count)
+    }
 }
 
-/// Every cell's sums, computed on all threads, each written to its own place.
+/// Every cell's moments and count, computed on all threads, each written to its own place.
 fn for_each_cell(
     spec: &GridSpec,
     observer: Observer<'_>,
-    reduce: impl Fn(usize) -> Sums + Sync,
-) -> Result<Vec<Sums>, BakeError> {
+    reduce: impl Fn(usize) -> (Moments, u32) + Sync,
+) -> Result<Vec<(Moments, u32)>, BakeError> {
     let total = spec.cell_count();
     let done = AtomicUsize::new(0);
     (0..total)

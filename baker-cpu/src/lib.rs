@@ -33,7 +33,11 @@
 mod bake;
 mod monte_carlo;
 mod occluder;
+mod snapped;
+mod sweep;
 mod triangle;
 
 pub use bake::{BakeError, bake};
 pub use occluder::Occluder;
+pub use snapped::SnappedRays;
+pub use sweep::Sweeper;

@@ -4,10 +4,12 @@
 mod analytic;
 mod data;
 mod lookup;
+mod parity;
 
 pub use analytic::{convex_fraction, mesh_of, sphere_fraction};
 pub use data::{files_with_ending, shared, skip};
 pub use lookup::{cells_around, cone_at};
+pub use parity::{Parity, compare, prepared};
 
 use aogrid_bake_core::{BakeOptions, Placement, RawGrid, TriangleMesh, UNOBSERVED, post};
 use aogrid_grid_format::{BoundaryMode, Encoding, Grid, Source, TexelFormat};

@@ -12,6 +12,8 @@ mod interchange;
 mod layering;
 /// Real meshes made by others.
 mod meshes;
+/// The direction sweep against rays.
+mod parity;
 /// Values per receiver from an independent program.
 mod reference;
 /// A symmetric mesh gives symmetric counts, exactly.
