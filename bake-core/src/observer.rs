@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 /// How far a bake has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// Cells whose directions are all tested.
+    /// Cells whose directions are all tested, or as much work as that.
     pub done: usize,
     /// Cells in all.
     pub total: usize,

@@ -9,8 +9,8 @@ use aogrid_bake_core::{RawGrid, TriangleMesh};
 use aogrid_grid_format::{GridSpec, Method};
 use rayon::prelude::*;
 
-use crate::Occluder;
 use crate::monte_carlo::CellDirections;
+use crate::{Baker, Occluder, WhyRays};
 
 /// Why a bake gave nothing.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -22,9 +22,13 @@ pub enum BakeError {
     /// The observer broke it off.
     #[error("the bake was cancelled")]
     Cancelled,
+    /// The sweep was asked for, and only rays can do it.
+    #[error("the sweep cannot bake this: {0}")]
+    NoSweep(WhyRays),
 }
 
-/// Bakes the moments of every cell of `spec` around `mesh`, watched by `observer`.
+/// Bakes the moments of every cell of `spec` around `mesh`, watched by `observer`, by the
+/// sweep if it can be used and is faster, else by rays.
 ///
 /// The same input gives the same bits, for any number of threads.
 ///
@@ -37,12 +41,12 @@ pub fn bake(
     options: &BakeOptions,
     observer: Observer<'_>,
 ) -> Result<RawGrid, BakeError> {
-    options.validate()?;
-    Occluder::new(mesh).bake(spec, options, observer)
+    let mut baker = Baker::new(None);
+    baker.prepare(mesh, spec, options)?.bake(observer)
 }
 
 impl Occluder {
-    /// [`bake()`] around the mesh of this occluder.
+    /// [`bake()`] around the mesh of this occluder, by rays.
     ///
     /// # Errors
     ///
@@ -263,13 +267,28 @@ mod tests {
             seen.fetch_add(1, Ordering::Relaxed);
             ControlFlow::Continue(())
         };
-        bake(&mesh, spec, &options, &count).unwrap();
+        Occluder::new(&mesh).bake(spec, &options, &count).unwrap();
         assert_eq!(seen.into_inner(), 1080);
 
         let stop = |progress: Progress| match progress.done < 10 {
             true => ControlFlow::Continue(()),
             false => ControlFlow::Break(()),
         };
+        let stopped = Occluder::new(&mesh).bake(spec, &options, &stop);
+        assert_eq!(stopped, Err(BakeError::Cancelled));
+    }
+
+    #[test]
+    fn the_sweep_is_watched_and_stopped_too() {
+        let (mesh, spec, options) = coarse();
+        let most = AtomicUsize::new(0);
+        let watch = |progress: Progress| {
+            most.fetch_max(progress.done, Ordering::Relaxed);
+            ControlFlow::Continue(())
+        };
+        bake(&mesh, spec, &options, &watch).unwrap();
+        assert_eq!(most.into_inner(), 1080);
+        let stop = |_: Progress| ControlFlow::Break(());
         let stopped = bake(&mesh, spec, &options, &stop);
         assert_eq!(stopped, Err(BakeError::Cancelled));
     }

@@ -1,5 +1,5 @@
-//! Bakes ambient-occlusion grids on the CPU, on all cores: the reference that every faster
-//! way is checked against.
+//! Bakes ambient-occlusion grids on the CPU, on all cores: by the direction sweep, and by rays,
+//! the reference that every faster way is checked against.
 //!
 //! ```
 //! use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, samples::Sample};
@@ -24,13 +24,18 @@
 //! discards a box: what a ray hits depends on the triangles alone, not on their order, the
 //! hierarchy or the thread. A mirrored mesh gives exactly the mirrored counts.
 //!
+//! The same faces, many times faster, come from the *direction sweep*, which finds what lies
+//! ahead of whole rows of cells at once. It cannot do random rays or a maximum distance.
+//!
 //! # Practice
 //!
-//! [`bake()`] is all it takes for a grid; an [`Occluder`] kept warm bakes again and again
-//! ([`Occluder::bake`]) and answers single rays ([`Occluder::hides`]), for ground truth.
-//! Threads are those of the `rayon` pool in which the call runs.
+//! [`bake()`] is all it takes for a grid; a [`Baker`] kept warm bakes again and again and says
+//! which kernel it uses. An [`Occluder`] bakes by rays and answers single ones
+//! ([`Occluder::hides`]), for ground truth; a [`Sweeper`] bakes a prepared mesh, and gives the
+//! faces' bits. Threads are those of the `rayon` pool in which the call runs.
 
 mod bake;
+mod baker;
 mod monte_carlo;
 mod occluder;
 mod snapped;
@@ -38,6 +43,7 @@ mod sweep;
 mod triangle;
 
 pub use bake::{BakeError, bake};
+pub use baker::{Baker, Kernel, Prepared, WhyRays};
 pub use occluder::Occluder;
 pub use snapped::SnappedRays;
 pub use sweep::Sweeper;

@@ -85,7 +85,7 @@ impl Bar {
             Self::Plain { name, last } => plain(name, last, progress),
             Self::Drawn(bar) => {
                 bar.set_length(progress.total as u64);
-                bar.inc(1);
+                bar.set_position(progress.done as u64);
             }
         }
         match interrupt::requested() {

@@ -1,11 +1,11 @@
 //! `bench`: how long the stages of a bake take, in one process, warm.
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use aogrid_bake_core::{BakeOptions, Placement, mesh, post};
-use aogrid_baker_cpu::Occluder;
+use aogrid_baker_cpu::{Baker, Kernel};
 use aogrid_grid_format::{Method, Source};
 use serde::Serialize;
 
@@ -14,6 +14,8 @@ use crate::console::Console;
 use crate::interrupt;
 
 /// Time the stages of a bake: medians over repeats after one warm-up, in one process
+///
+/// Kernels take turns and get a row each; --kernel names one to measure alone.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Wavefront OBJ files
@@ -95,37 +97,60 @@ fn measure(path: &Path, args: &Args, console: &Console) -> anyhow::Result<Model>
     }
     let spec = placement.place(&loaded.mesh.bounds()).with_context(shown)?;
     let bar = console.progress(&shown());
-    let mut samples = Vec::new();
-    // The first repeat warms up and is not counted.
-    for _ in 0..=args.repeat {
-        let start = Instant::now();
-        let occluder = Occluder::new(&loaded.mesh);
-        let prepared = Instant::now();
-        let raw = occluder
-            .bake(spec, &options, &|progress| bar.observe(progress))
-            .with_context(shown)?;
-        let seen = Instant::now();
-        post::finish(raw, &placement, &options, Source::from(&loaded)).with_context(shown)?;
-        samples.push([prepared - start, seen - prepared, seen.elapsed()]);
+    let kernels = match args.sampling.kernel() {
+        Some(one) => vec![one],
+        None => vec![Kernel::Sweep, Kernel::Rays],
+    };
+    let mut bakers: Vec<_> = kernels
+        .iter()
+        .map(|&kernel| (kernel, Baker::new(Some(kernel)), Vec::new()))
+        .collect();
+    // The first repeat warms up and is not counted. Kernels take turns, so that a machine that
+    // slows down slows all of them.
+    for repeat in 0..=args.repeat {
+        for (_, baker, samples) in &mut bakers {
+            let start = Instant::now();
+            let mut ready = baker
+                .prepare(&loaded.mesh, spec, &options)
+                .with_context(shown)?;
+            let prepared = Instant::now();
+            let raw = ready
+                .bake(&|progress| bar.observe(progress))
+                .with_context(shown)?;
+            let seen = Instant::now();
+            drop(ready);
+            post::finish(raw, &placement, &options, Source::from(&loaded)).with_context(shown)?;
+            if repeat > 0 {
+                samples.push([prepared - start, seen - prepared, seen.elapsed()]);
+            }
+        }
     }
-    let [prepare_s, visibility_s, post_s] = [0, 1, 2].map(|stage| {
-        let stage = samples[1..].iter().map(|sample| sample[stage]);
-        median(stage.map(|duration| duration.as_secs_f64()).collect())
-    });
+    let rows = bakers
+        .iter()
+        .map(|(kernel, _, samples)| row(*kernel, samples));
     Ok(Model {
         file: path.to_owned(),
         triangles: loaded.mesh.triangles().len(),
-        rows: vec![Row {
-            method: "faces",
-            kernel: "rays",
-            backend: "cpu",
-            adapter: None,
-            threads: rayon::current_num_threads(),
-            prepare_s,
-            visibility_s,
-            post_s,
-        }],
+        rows: rows.collect(),
     })
+}
+
+/// The medians of what was measured: prepare, visibility, post.
+fn row(kernel: Kernel, samples: &[[Duration; 3]]) -> Row {
+    let [prepare_s, visibility_s, post_s] = [0, 1, 2].map(|stage| {
+        let stage = samples.iter().map(|sample| sample[stage]);
+        median(stage.map(|duration| duration.as_secs_f64()).collect())
+    });
+    Row {
+        method: "faces",
+        kernel: kernel.name(),
+        backend: "cpu",
+        adapter: None,
+        threads: rayon::current_num_threads(),
+        prepare_s,
+        visibility_s,
+        post_s,
+    }
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use aogrid_bake_core::{BakeOptions, Extent, Placement};
+use aogrid_baker_cpu::Kernel;
 use aogrid_grid_format::{
     BoundaryMode, Encoding, FACE_SIZES, Interior, MAX_RESOLUTION, MIN_RESOLUTION, Method,
     RAY_COUNTS, TexelFormat,
@@ -81,6 +82,10 @@ pub(crate) struct SamplingArgs {
     /// Texels along a cube face's side, 8 to 128 [default: 16]
     #[arg(long, value_parser = face_size)]
     pub face_size: Option<u32>,
+    /// How to test the directions of faces: the sweep wherever it can be used and is faster,
+    /// else rays; or only one of them. The grid is the same
+    #[arg(long, value_enum, default_value_t = KernelArg::Auto)]
+    pub kernel: KernelArg,
     /// Threads to bake with [default: as many as there are processors]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
@@ -89,6 +94,13 @@ pub(crate) struct SamplingArgs {
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 pub(crate) enum MethodArg {
     Faces,
+    Rays,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(crate) enum KernelArg {
+    Auto,
+    Sweep,
     Rays,
 }
 
@@ -116,6 +128,17 @@ pub(crate) enum BoundaryArg {
 pub(crate) enum InteriorArg {
     Fill,
     Keep,
+}
+
+impl SamplingArgs {
+    /// The kernel that was asked for; none: the baker's choice.
+    pub(crate) fn kernel(&self) -> Option<Kernel> {
+        match self.kernel {
+            KernelArg::Auto => None,
+            KernelArg::Sweep => Some(Kernel::Sweep),
+            KernelArg::Rays => Some(Kernel::Rays),
+        }
+    }
 }
 
 impl Args {

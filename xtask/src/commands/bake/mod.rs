@@ -10,12 +10,12 @@ use std::time::Instant;
 use anyhow::Context;
 use aogrid_bake_core::mesh::{self, LoadedMesh, MeshReport};
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, post};
-use aogrid_baker_cpu::Occluder;
+use aogrid_baker_cpu as baker_cpu;
 use aogrid_grid_format::{BoundaryMode, GridSpec, Source};
 
 pub(crate) use args::{Args, SamplingArgs};
 use jobs::{Job, Jobs};
-use report::{Baked, Outcome, Outputs, Times};
+use report::{Baked, KernelReport, Outcome, Outputs, Times};
 
 use crate::console::Console;
 use crate::{interrupt, output};
@@ -26,6 +26,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     use_threads(args.sampling.threads)?;
     interrupt::listen();
     let jobs = Jobs::new(args)?;
+    let mut kernels = baker_cpu::Baker::new(args.sampling.kernel());
     let mut outputs = Outputs::default();
     for model in &args.models {
         let shown = model.display();
@@ -52,7 +53,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
             let outcome = match current {
                 Some(grid) => Outcome::up_to_date(&job, &grid),
                 None => {
-                    let baker = Baker {
+                    let mut baker = Baker {
+                        kernels: &mut kernels,
                         loaded: &loaded,
                         load_s,
                         placement: &placement,
@@ -75,6 +77,7 @@ pub(crate) fn use_threads(threads: Option<u16>) -> anyhow::Result<()> {
 
 /// What is the same for all parts of a model.
 struct Baker<'a> {
+    kernels: &'a mut baker_cpu::Baker,
     loaded: &'a LoadedMesh,
     load_s: f64,
     placement: &'a Placement,
@@ -82,7 +85,7 @@ struct Baker<'a> {
 }
 
 impl Baker<'_> {
-    fn run(&self, job: &Job, dry_run: bool, console: &Console) -> anyhow::Result<Outcome> {
+    fn run(&mut self, job: &Job, dry_run: bool, console: &Console) -> anyhow::Result<Outcome> {
         let part;
         let mesh = match job.part {
             Some(idx) => {
@@ -119,7 +122,7 @@ impl Baker<'_> {
     }
 
     fn bake(
-        &self,
+        &mut self,
         job: &Job,
         mesh: &TriangleMesh,
         spec: GridSpec,
@@ -127,13 +130,17 @@ impl Baker<'_> {
         console: &Console,
     ) -> anyhow::Result<Baked> {
         let started = Instant::now();
-        let occluder = Occluder::new(mesh);
+        let mut prepared = self
+            .kernels
+            .prepare(mesh, spec, self.options)
+            .with_context(|| job.title.clone())?;
+        let kernel = KernelReport::new(&prepared);
         let prepare_s = started.elapsed().as_secs_f64();
 
         let started = Instant::now();
         let bar = console.progress(&job.title);
-        let raw = occluder
-            .bake(spec, self.options, &|progress| bar.observe(progress))
+        let raw = prepared
+            .bake(&|progress| bar.observe(progress))
             .with_context(|| job.title.clone())?;
         drop(bar);
         let visibility_s = started.elapsed().as_secs_f64();
@@ -151,6 +158,7 @@ impl Baker<'_> {
         Ok(Baked {
             grid,
             report,
+            kernel,
             times: Times {
                 load_s: self.load_s,
                 prepare_s,

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use aogrid_bake_core::mesh::MeshReport;
+use aogrid_baker_cpu::Prepared;
 use aogrid_grid_format::{BoundaryMode, Grid, GridSpec, Interior, Method};
 use serde::Serialize;
 
@@ -21,10 +22,36 @@ pub(super) struct Times {
     pub threads: usize,
 }
 
+/// What tested the directions.
+#[derive(Serialize)]
+pub(super) struct KernelReport {
+    name: &'static str,
+    /// Why it is rays, where nothing was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<String>,
+}
+
+impl KernelReport {
+    pub(super) fn new(prepared: &Prepared<'_>) -> Self {
+        Self {
+            name: prepared.kernel().name(),
+            reason: prepared.why_rays().map(ToString::to_string),
+        }
+    }
+
+    fn line(&self) -> String {
+        match &self.reason {
+            None => format!("CPU, {}", self.name),
+            Some(reason) => format!("CPU, {}: {reason}", self.name),
+        }
+    }
+}
+
 /// A fresh grid and how it came about.
 pub(super) struct Baked {
     pub grid: Grid,
     pub report: MeshReport,
+    pub kernel: KernelReport,
     pub times: Times,
 }
 
@@ -46,6 +73,8 @@ struct OutcomeJson {
     #[serde(skip_serializing_if = "Option::is_none")]
     placement: Option<info::BoxJson>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    kernel: Option<KernelReport>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     times: Option<Times>,
 }
 
@@ -58,6 +87,7 @@ impl Outcome {
                 mesh: None,
                 grid: Some(info::GridJson::new(grid)),
                 placement: None,
+                kernel: None,
                 times: None,
             },
             lines: vec![format!("{} is up to date", job.out.display())],
@@ -80,6 +110,7 @@ impl Outcome {
                 mesh: Some(info::MeshJson::new(report)),
                 grid: None,
                 placement: Some(info::BoxJson::new(spec)),
+                kernel: None,
                 times: None,
             },
         }
@@ -89,6 +120,7 @@ impl Outcome {
         let Baked {
             grid,
             report,
+            kernel,
             times,
         } = baked;
         let bytes = grid.texels().len() as f64 / 1024.0;
@@ -96,7 +128,7 @@ impl Outcome {
             lines: vec![
                 format!("{}: {}", job.title, info::mesh_line(&report)),
                 format!("  {}", info::box_line(grid.spec())),
-                format!("  {}", sampling_line(&grid)),
+                format!("  {}", sampling_line(&grid, &kernel)),
                 format!("  {}", times_line(&times)),
                 format!("  wrote {} ({bytes:.0} KiB of texels)", job.out.display()),
             ],
@@ -106,13 +138,14 @@ impl Outcome {
                 mesh: Some(info::MeshJson::new(&report)),
                 grid: Some(info::GridJson::new(&grid)),
                 placement: None,
+                kernel: Some(kernel),
                 times: Some(times),
             },
         }
     }
 }
 
-fn sampling_line(grid: &Grid) -> String {
+fn sampling_line(grid: &Grid, kernel: &KernelReport) -> String {
     let record = grid.record();
     let method = match record.method {
         Method::Faces { size } => format!("six {size}×{size} faces a cell"),
@@ -128,8 +161,10 @@ fn sampling_line(grid: &Grid) -> String {
         BoundaryMode::None => "none",
     };
     format!(
-        "{method} (CPU, BVH rays); {} interior cells {interior}; boundary {boundary}, V_M = {:.4}",
-        record.interior_cells, record.boundary.v_m
+        "{method} ({}); {} interior cells {interior}; boundary {boundary}, V_M = {:.4}",
+        kernel.line(),
+        record.interior_cells,
+        record.boundary.v_m
     )
 }
 

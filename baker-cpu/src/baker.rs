@@ -1,0 +1,250 @@
+//! The choice between the sweep and rays, and one object for both.
+
+use aogrid_bake_core::{BakeOptions, Observer, PrepareError, PreparedMesh, RawGrid, TriangleMesh};
+use aogrid_grid_format::{GridSpec, Method};
+
+use crate::{BakeError, Occluder, Sweeper};
+
+/// How directions are tested.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kernel {
+    /// All cells at once, direction by direction: [`Sweeper`].
+    Sweep,
+    /// One by one, over a hierarchy: [`Occluder`].
+    Rays,
+}
+
+impl Kernel {
+    /// The name on command lines and in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sweep => "sweep",
+            Self::Rays => "rays",
+        }
+    }
+}
+
+/// Why rays are used where nobody asked for them.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum WhyRays {
+    /// Its directions differ from cell to cell.
+    #[error("random rays share no directions")]
+    MonteCarlo,
+    /// The sweep does not know how far away a layer is.
+    #[error("the sweep sees without limit, and there is a maximum distance")]
+    MaxDistance,
+    /// Every triangle by itself costs more than a hierarchy.
+    #[error("{0} unconnected edges are too many for the sweep")]
+    Soup(usize),
+    /// The mesh does not fit the grid's lattice.
+    #[error(transparent)]
+    Prepare(PrepareError),
+}
+
+/// Unconnected edges that the sweep is sure to be faster with.
+const FEW_LONE_EDGES: usize = 1_500_000;
+
+impl WhyRays {
+    /// Whether the options leave no choice.
+    fn of_options(options: &BakeOptions) -> Option<Self> {
+        match options.method {
+            Method::Rays { .. } => Some(Self::MonteCarlo),
+            Method::Faces { .. } if options.max_distance.is_some() => Some(Self::MaxDistance),
+            Method::Faces { .. } => None,
+        }
+    }
+
+    /// Whether a soup as large as this is faster with rays: each of its edges is a silhouette
+    /// for every direction, where of a connected mesh a few in a hundred are. 500,000 triangles
+    /// that share no edge are where the two meet (`docs/cpu-bake.md`).
+    fn of_counts(lone_edges: usize) -> Option<Self> {
+        (lone_edges > FEW_LONE_EDGES).then_some(Self::Soup(lone_edges))
+    }
+}
+
+/// Bakes by the sweep or by rays, and keeps the buffers that it may need again.
+pub struct Baker {
+    choice: Option<Kernel>,
+    sweeper: Sweeper,
+}
+
+/// A mesh made ready for one bake.
+pub struct Prepared<'a> {
+    spec: GridSpec,
+    options: &'a BakeOptions,
+    ready: Ready<'a>,
+    why_rays: Option<WhyRays>,
+}
+
+enum Ready<'a> {
+    Sweep {
+        sweeper: &'a mut Sweeper,
+        mesh: PreparedMesh,
+        size: u32,
+    },
+    Rays(Occluder),
+}
+
+impl Baker {
+    /// With the kernel that is chosen; none: the sweep wherever it can be used and is faster.
+    pub fn new(choice: Option<Kernel>) -> Self {
+        Self {
+            choice,
+            sweeper: Sweeper::new(),
+        }
+    }
+
+    /// Everything before the first direction, on all threads.
+    ///
+    /// # Errors
+    ///
+    /// An option out of its range; the sweep was chosen and cannot be used.
+    pub fn prepare<'a>(
+        &'a mut self,
+        mesh: &TriangleMesh,
+        spec: GridSpec,
+        options: &'a BakeOptions,
+    ) -> Result<Prepared<'a>, BakeError> {
+        options.validate()?;
+        let (ready, why_rays) = match self.choice {
+            Some(Kernel::Rays) => (Ready::Rays(Occluder::new(mesh)), None),
+            choice => match ready_to_sweep(mesh, spec, options, choice.is_none()) {
+                Ok((mesh, size)) => {
+                    let sweeper = &mut self.sweeper;
+                    let ready = Ready::Sweep {
+                        sweeper,
+                        mesh,
+                        size,
+                    };
+                    (ready, None)
+                }
+                Err(why) if choice.is_some() => return Err(BakeError::NoSweep(why)),
+                Err(why) => (Ready::Rays(Occluder::new(mesh)), Some(why)),
+            },
+        };
+        Ok(Prepared {
+            spec,
+            options,
+            ready,
+            why_rays,
+        })
+    }
+}
+
+fn ready_to_sweep(
+    mesh: &TriangleMesh,
+    spec: GridSpec,
+    options: &BakeOptions,
+    only_if_faster: bool,
+) -> Result<(PreparedMesh, u32), WhyRays> {
+    let size = match (WhyRays::of_options(options), options.method) {
+        (None, Method::Faces { size }) => size,
+        (Some(why), _) => return Err(why),
+        (None, Method::Rays { .. }) => return Err(WhyRays::MonteCarlo),
+    };
+    let prepared =
+        PreparedMesh::new(mesh, spec, options.sample_offset).map_err(WhyRays::Prepare)?;
+    match WhyRays::of_counts(prepared.lone_edges().len()) {
+        Some(why) if only_if_faster => Err(why),
+        _ => Ok((prepared, size)),
+    }
+}
+
+impl Prepared<'_> {
+    /// What will test the directions.
+    pub fn kernel(&self) -> Kernel {
+        match self.ready {
+            Ready::Sweep { .. } => Kernel::Sweep,
+            Ready::Rays(_) => Kernel::Rays,
+        }
+    }
+
+    /// Why it is rays, where nothing was chosen.
+    pub fn why_rays(&self) -> Option<&WhyRays> {
+        self.why_rays.as_ref()
+    }
+
+    /// Bakes. The same input gives the same bits, for any number of threads.
+    ///
+    /// # Errors
+    ///
+    /// Cancellation.
+    pub fn bake(&mut self, observer: Observer<'_>) -> Result<RawGrid, BakeError> {
+        match &mut self.ready {
+            Ready::Sweep {
+                sweeper,
+                mesh,
+                size,
+            } => sweeper.bake(mesh, *size, observer),
+            Ready::Rays(occluder) => occluder.bake(self.spec, self.options, observer),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use aogrid_bake_core::samples::Sample;
+    use aogrid_bake_core::{Extent, Placement, UNOBSERVED};
+
+    use super::*;
+
+    fn spec(mesh: &TriangleMesh, extent: Extent) -> GridSpec {
+        let resolution = [8; 3];
+        let placement = Placement { resolution, extent };
+        placement.place(&mesh.bounds()).unwrap()
+    }
+
+    #[test]
+    fn the_sweep_is_chosen_where_it_can_be_used() {
+        let mesh = Sample::Table.mesh(None).unwrap();
+        let placed = spec(&mesh, Extent::Epsilon(0.1));
+        let faces = BakeOptions::recommended();
+        let near = BakeOptions {
+            max_distance: Some(1.0),
+            ..faces
+        };
+        let random = BakeOptions {
+            method: Method::Rays { count: 10, seed: 1 },
+            ..faces
+        };
+        let tiny = spec(&mesh, Extent::HalfExtents([1e-4; 3]));
+        let why = |spec, options: &BakeOptions| {
+            let mut baker = Baker::new(None);
+            let mut prepared = baker.prepare(&mesh, spec, options).unwrap();
+            let expected = match prepared.why_rays() {
+                None => Kernel::Sweep,
+                Some(_) => Kernel::Rays,
+            };
+            assert_eq!(prepared.kernel(), expected);
+            prepared.bake(UNOBSERVED).unwrap();
+            prepared.why_rays().cloned()
+        };
+        assert_eq!(why(placed, &faces), None);
+        assert_eq!(why(placed, &near), Some(WhyRays::MaxDistance));
+        assert_eq!(why(placed, &random), Some(WhyRays::MonteCarlo));
+        assert!(matches!(why(tiny, &faces), Some(WhyRays::Prepare(_))));
+        assert!(WhyRays::of_counts(1_400_000).is_none());
+        assert!(WhyRays::of_counts(1_600_000).is_some());
+    }
+
+    #[test]
+    fn a_choice_is_kept_or_refused() {
+        let mesh = Sample::Table.mesh(None).unwrap();
+        let placed = spec(&mesh, Extent::Epsilon(0.1));
+        let faces = BakeOptions::recommended();
+        let kernel = |choice| {
+            let mut baker = Baker::new(Some(choice));
+            baker.prepare(&mesh, placed, &faces).unwrap().kernel()
+        };
+        assert_eq!(kernel(Kernel::Sweep), Kernel::Sweep);
+        assert_eq!(kernel(Kernel::Rays), Kernel::Rays);
+        let near = BakeOptions {
+            max_distance: Some(1.0),
+            ..faces
+        };
+        let mut baker = Baker::new(Some(Kernel::Sweep));
+        let refused = baker.prepare(&mesh, placed, &near).map(|p| p.kernel());
+        assert_eq!(refused, Err(BakeError::NoSweep(WhyRays::MaxDistance)));
+    }
+}
