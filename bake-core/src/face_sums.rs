@@ -57,13 +57,16 @@ impl FaceSums {
 
     /// The moments, of `directions` texels in all.
     pub fn moments(&self, directions: u32) -> Moments {
+        // The shares sum to 1 and to no direction but for rounding; a full cell is full.
+        if self.count == directions {
+            return Moments {
+                a: 1.0,
+                m: [0.0; 3],
+            };
+        }
         let float = |v: i32| (f64::from(v) / STEPS) as f32;
         Moments {
-            // The shares sum to 1 but for rounding; a full cell is full.
-            a: match self.count == directions {
-                true => 1.0,
-                false => float(self.a).min(1.0),
-            },
+            a: float(self.a).min(1.0),
             m: self.m.map(float),
         }
     }
@@ -83,7 +86,8 @@ mod tests {
             let worst = texels.len() as i64 / 2;
             assert!((i64::from(sums.a) - (1 << 30)).abs() <= worst, "{size}");
             assert!(sums.m.iter().all(|m| i64::from(*m).abs() <= worst));
-            assert_eq!(sums.moments(texels.len() as u32).a, 1.0);
+            let moments = sums.moments(texels.len() as u32);
+            assert_eq!((moments.a, moments.m), (1.0, [0.0; 3]));
         }
     }
 

@@ -147,9 +147,12 @@ impl<'a> Sampler<'a> {
                 }
             }
         }
+        // Every direction hidden is the whole sphere, which points nowhere; the mean of random
+        // directions does.
+        let m = if count == rays { [0.0; 3] } else { sum };
         let moments = Moments {
             a: (f64::from(count) / f64::from(rays)) as f32,
-            m: sum.map(|v| (v / f64::from(rays)) as f32),
+            m: m.map(|v| (v / f64::from(rays)) as f32),
         };
         (moments, count)
     }

@@ -25,31 +25,36 @@ impl Console {
 
     /// A line of the command's result.
     pub(crate) fn result(&self, line: &str) {
-        print(&mut io::stdout().lock(), line);
+        print(&mut io::stdout().lock(), &printable(line));
     }
 
     /// The command's result for a machine: one JSON object.
     pub(crate) fn json(&self, value: &impl Serialize) -> anyhow::Result<()> {
-        self.result(&serde_json::to_string_pretty(value)?);
+        // JSON escapes what is not printable itself.
+        print(
+            &mut io::stdout().lock(),
+            &serde_json::to_string_pretty(value)?,
+        );
         Ok(())
     }
 
     /// Something that happened and that scripts need not read.
     pub(crate) fn note(&self, line: &str) {
         if !self.quiet {
-            print(&mut io::stderr().lock(), line);
+            print(&mut io::stderr().lock(), &printable(line));
         }
     }
 
     /// Something the user should know although the command goes on.
     pub(crate) fn warning(&self, line: &str) {
-        print(&mut io::stderr().lock(), &format!("warning: {line}"));
+        let line = printable(&format!("warning: {line}"));
+        print(&mut io::stderr().lock(), &line);
     }
 
     /// Why the command failed: the whole chain of causes, in one line.
     pub(crate) fn error(&self, error: &anyhow::Error) {
-        let line = format!("{error:#}").replace(['\n', '\r'], " ");
-        print(&mut io::stderr().lock(), &format!("error: {line}"));
+        let line = printable(&format!("error: {error:#}"));
+        print(&mut io::stderr().lock(), &line);
     }
 
     /// A bar for work on `name`.
@@ -65,7 +70,7 @@ impl Console {
         }
         let style = ProgressStyle::with_template("{msg} [{bar:32}] {percent}% {eta} left");
         let bar = ProgressBar::new(1).with_style(style.expect("the template is well formed"));
-        bar.set_message(name.to_owned());
+        bar.set_message(printable(name));
         Bar::Drawn(bar)
     }
 }
@@ -110,9 +115,14 @@ fn plain(name: &str, last: &Mutex<Instant>, Progress { done, total }: Progress) 
     };
     if last.elapsed() >= PLAIN_INTERVAL {
         *last = Instant::now();
-        let line = format!("{name}: {} %", 100 * done / total);
+        let line = printable(&format!("{name}: {} %", 100 * done / total));
         print(&mut io::stderr().lock(), &line);
     }
+}
+
+/// One line without control characters: names of files and of their parts may hold any.
+fn printable(line: &str) -> String {
+    line.replace(char::is_control, "\u{FFFD}")
 }
 
 /// A reader that has gone away (`| head`) is no reason to panic, and none to go on.

@@ -1,7 +1,8 @@
 //! The commands of aogrid, one file each, called as `cargo xtask COMMAND`.
 //!
-//! Exit status: 0 done, 1 failed, 2 wrong usage. Errors are one line on stderr. Output files
-//! are written beside their place and renamed, so that a killed command leaves old ones whole.
+//! Exit status: 0 done, 1 failed, 2 wrong usage. What failed is one line on stderr; wrong usage
+//! comes with a hint. Output files are written beside their place and renamed, so that a killed
+//! command leaves old ones whole.
 
 mod canvas;
 mod commands;
@@ -26,7 +27,7 @@ use console::Console;
 )]
 #[command(disable_help_subcommand = true)]
 struct Cli {
-    /// No progress and no notes, only results and errors
+    /// No progress and no notes, only results, warnings and errors
     #[arg(long, global = true)]
     quiet: bool,
     #[command(subcommand)]
@@ -44,7 +45,8 @@ enum Command {
     Export(export::Args),
     Bench(bench::Args),
     Tables(tables::Args),
-    /// Check everything that must hold before a change lands: format, clippy, docs, tests
+    /// Check everything that must hold before a change lands: tables, format, clippy,
+    /// docs, tests
     Ci,
 }
 

@@ -1,5 +1,6 @@
 //! Files appear whole or not at all.
 
+use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -16,7 +17,9 @@ pub(crate) fn write_with(
     produce: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> anyhow::Result<()> {
     check(path)?;
-    let folder = folder(path);
+    // What a link points to is replaced, not the link.
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let folder = folder(&target);
     let cannot_write = || format!("{}: cannot write it", path.display());
     let mut builder = tempfile::Builder::new();
     builder.prefix(".").suffix(".tmp");
@@ -31,7 +34,7 @@ pub(crate) fn write_with(
     let temporary = file.into_inner().map_err(|e| e.into_error())?;
     temporary.as_file().sync_all().with_context(cannot_write)?;
     temporary
-        .persist(path)
+        .persist(&target)
         .map_err(|e| e.error)
         .with_context(cannot_write)?;
     Ok(())
@@ -42,7 +45,11 @@ pub(crate) fn check(path: &Path) -> anyhow::Result<()> {
     if path.is_dir() {
         bail!("{}: it is a folder; name a file in it", path.display());
     }
-    if path.file_name().is_none() {
+    // A renamed file would take the place of a device or a pipe, not feed it.
+    if path.exists() && !path.is_file() {
+        bail!("{}: it is not a regular file", path.display());
+    }
+    if path.file_name().is_none() || path.as_os_str().as_encoded_bytes().ends_with(b"/") {
         bail!("{}: it is not a file's name", path.display());
     }
     let folder = folder(path);
@@ -51,6 +58,16 @@ pub(crate) fn check(path: &Path) -> anyhow::Result<()> {
         bail!("{}: the folder {folder} does not exist", path.display());
     }
     Ok(())
+}
+
+/// Refuses to overwrite what a command reads.
+pub(crate) fn check_not_input(out: &Path, input: &Path) -> anyhow::Result<()> {
+    match (fs::canonicalize(out), fs::canonicalize(input)) {
+        (Ok(a), Ok(b)) if a == b => {
+            bail!("{}: it is the input; name another file", out.display())
+        }
+        _ => Ok(()),
+    }
 }
 
 fn folder(path: &Path) -> &Path {

@@ -75,11 +75,11 @@ pub fn read_obj(file: &[u8]) -> Result<TriangleMesh, ObjError> {
             return Err(find_fault(file).unwrap_or(ObjError::Parser { line, reason }));
         }
     };
+    if let Some(line) = reader.not_finite() {
+        return Err(ObjError::Vertex(line));
+    }
     let (positions, triangles, parts) = assemble(models);
-    TriangleMesh::new(positions, triangles, parts).map_err(|error| match error {
-        MeshError::NotFinite(_) => find_fault(file).unwrap_or(error.into()),
-        other => other.into(),
-    })
+    Ok(TriangleMesh::new(positions, triangles, parts)?)
 }
 
 type Assembled = (Vec<[f32; 3]>, Vec<[u32; 3]>, Vec<Part>);
@@ -263,9 +263,11 @@ mod tests {
             "v 1e99 0 0",
             "v 1,5 0 0",
         ] {
-            // The broken vertex is used, so that it cannot be ignored.
+            // Used or not: a file with such a vertex is broken.
             let file = format!("{vertex}\nf 1 2 5");
             assert_eq!(fault(&file), ObjError::Vertex(5), "{vertex}");
+            let unused = format!("{vertex}\nf 1 2 3");
+            assert_eq!(fault(&unused), ObjError::Vertex(5), "{vertex}");
         }
         assert_eq!(fault("f 1 2 3\nf 1 2 x"), ObjError::Face(6));
         assert_eq!(fault("f 1 2 3\nf 1 2 /3"), ObjError::Face(6));

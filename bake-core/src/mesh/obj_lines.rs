@@ -120,12 +120,21 @@ fn position_index(word: &[u8]) -> &[u8] {
     }
 }
 
+/// Whether a word is a float that is infinite or not a number. Only letters (`nan`, `inf`, an
+/// exponent) or very many digits can make it one, and most words have neither.
+fn is_not_finite(word: &[u8]) -> bool {
+    let suspicious = word.len() > 38 || word.iter().any(u8::is_ascii_alphabetic);
+    let parse = || std::str::from_utf8(word).ok()?.parse::<f32>().ok();
+    suspicious && parse().is_some_and(|v| !v.is_finite())
+}
+
 /// [`Lines`] as a reader, one plain line at a time.
 pub(super) struct LineReader<'a> {
     lines: Lines<'a>,
     line: Vec<u8>,
     at: usize,
     number: usize,
+    not_finite: Option<usize>,
 }
 
 impl<'a> LineReader<'a> {
@@ -135,7 +144,13 @@ impl<'a> LineReader<'a> {
             line: Vec::new(),
             at: 0,
             number: 0,
+            not_finite: None,
         }
+    }
+
+    /// The number of the first line so far with a vertex that is not finite, used or not.
+    pub(super) fn not_finite(&self) -> Option<usize> {
+        self.not_finite
     }
 
     /// The number in the file of the line handed out last.
@@ -145,6 +160,9 @@ impl<'a> LineReader<'a> {
 
     fn write_line(&mut self, line: &Line<'_>) {
         self.number = line.number;
+        if line.kind == Kind::Vertex && line.words.iter().any(|word| is_not_finite(word)) {
+            self.not_finite.get_or_insert(line.number);
+        }
         self.at = 0;
         self.line.clear();
         self.line.push(match line.kind {

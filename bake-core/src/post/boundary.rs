@@ -10,7 +10,8 @@ use super::PostError;
 /// Above this the JGT treatment leaves values as they are.
 const JGT_KNEE: f64 = 0.3;
 
-/// Rescales a in place, keeps axes, scales moments along.
+/// Rescales a in place and moments along, so that a cone keeps its axis. A cell that is clamped
+/// to zero hides nothing and has no axis.
 pub(super) fn treat(raw: &mut RawGrid, requested: BoundaryMode) -> Result<Boundary, PostError> {
     let v_m = largest_outer(raw);
     let applied = match requested {

@@ -177,3 +177,27 @@ fn random_rays_converge_to_the_same() {
         assert!((found.rms - 1.0).abs() < 0.07, "{}", found.rms);
     }
 }
+
+/// Odd faces have texels exactly along the axes, whose directions hold zeros.
+#[test]
+fn the_inside_of_a_box_is_inside_for_every_face_size() {
+    let mesh = Sample::Box.mesh(None).unwrap();
+    let placement = Placement {
+        resolution: [12; 3],
+        ..Placement::default()
+    };
+    for size in [8, 9, 15, 16, 17] {
+        let mut options = exact_options();
+        options.method = Method::Faces { size };
+        let grid = raw(&mesh, &placement, &options);
+        for (position, found, count) in samples(&grid) {
+            let inside = !outside_box(position);
+            assert_eq!(
+                count == 6 * size * size,
+                inside,
+                "size {size} at {position:?}"
+            );
+            assert!(!inside || (found.a, found.m) == (1.0, [0.0; 3]));
+        }
+    }
+}

@@ -74,12 +74,11 @@ fn arrows_between_crates_point_one_way() {
 #[test]
 fn nothing_depends_on_commands_or_tests() {
     for (name, [uses, in_tests]) in arrows() {
-        if ON_TOP.contains(&name.as_str()) {
-            continue;
-        }
+        // Those on top may use each other in tests alone.
+        let in_tests = in_tests.iter().filter(|_| !ON_TOP.contains(&name.as_str()));
         let upward: Vec<_> = uses
             .iter()
-            .chain(&in_tests)
+            .chain(in_tests)
             .filter(|u| ON_TOP.contains(&u.as_str()))
             .collect();
         assert!(upward.is_empty(), "{name} must not depend on {upward:?}");

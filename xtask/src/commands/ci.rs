@@ -15,7 +15,7 @@ struct Check {
     rustdoc: &'static str,
 }
 
-/// In the order in which they fail fastest.
+/// What follows the tables, in the order in which it fails fastest.
 const CHECKS: [Check; 4] = [
     Check {
         name: "format",

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 
 use super::info::read_grid;
 use crate::console::Console;
-use crate::npy;
+use crate::{npy, output};
 
 /// Write a grid in another program's format
 #[derive(clap::Args)]
@@ -30,6 +30,7 @@ enum Target {
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let grid = read_grid(&args.file)?;
+    output::check_not_input(&args.out, &args.file)?;
     let shape = match args.to {
         Target::Npy => write_npy(args, &grid)?,
     };

@@ -187,10 +187,18 @@ fn grid_lines(grid: &Grid) -> Vec<String> {
 /// Where a grid lies, in a line.
 pub(crate) fn box_line(spec: &GridSpec) -> String {
     let [nx, ny, nz] = spec.resolution();
-    let ([cx, cy, cz], [ex, ey, ez]) = (spec.center(), spec.half_extents());
-    format!(
-        "{nx}×{ny}×{nz} cells, centre ({cx:.4}, {cy:.4}, {cz:.4}), half-extents ({ex:.4}, {ey:.4}, {ez:.4})"
-    )
+    let (center, half_extents) = (triple(spec.center()), triple(spec.half_extents()));
+    format!("{nx}×{ny}×{nz} cells, centre ({center}), half-extents ({half_extents})")
+}
+
+/// Three coordinates, with five digits that say something whatever the model's unit.
+pub(crate) fn triple(v: [f32; 3]) -> String {
+    let size = v.into_iter().fold(0.0, |size: f32, v| size.max(v.abs()));
+    let number = |v: f32| match size == 0.0 || (1e-2..1e6).contains(&size) {
+        true => format!("{v:.4}"),
+        false => format!("{v:.4e}"),
+    };
+    v.map(number).join(", ")
 }
 
 /// What a mesh is like, in a line.

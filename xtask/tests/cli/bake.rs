@@ -92,10 +92,13 @@ fn what_is_up_to_date_is_left_alone() {
         "--epsilon 0.2",
         "--face-size 8",
         "--method rays",
+        "--method rays --rays 99",
+        "--method rays --seed 1",
         "--max-distance 1",
         "--encoding occlusion",
         "--format f32",
         "--boundary none",
+        "--boundary rr",
         "--interior keep",
         "--sample-offset 0,0,0",
         "--half-extents 2,2,2",
@@ -111,6 +114,11 @@ fn what_is_up_to_date_is_left_alone() {
     assert_eq!(state(line, &[&model, &out]), "baked");
     let bytes = fs::read(&out).unwrap();
     fs::write(&out, &bytes[..bytes.len() - 1]).unwrap();
+    assert_eq!(state(line, &[&model, &out]), "baked");
+    assert_eq!(fs::read(&out).unwrap(), bytes);
+    let mut changed = bytes.clone();
+    *changed.last_mut().unwrap() ^= 1;
+    fs::write(&out, changed).unwrap();
     assert_eq!(state(line, &[&model, &out]), "baked");
     assert_eq!(fs::read(&out).unwrap(), bytes);
 }

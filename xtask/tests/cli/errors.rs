@@ -15,6 +15,8 @@ fn wrong_usage_is_exit_status_2() {
         "--epsilon 0",
         "--epsilon 0.1 --half-extents 1,1,1",
         "--half-extents 1,2",
+        "--half-extents -1,2,3",
+        "--resolution -8",
         "--rays 3",
         "--seed 3",
         "--method rays --face-size 8",
@@ -92,8 +94,65 @@ fn outputs_that_cannot_be_are_refused_before_the_work() {
     fs::create_dir(path("other")).unwrap();
     fs::copy(&model, path("other/box.obj")).unwrap();
     let other = path("other/box.obj");
+    let twice = fails("bake {} {} -o {}", &[&model, &model, &path("folder")]);
+    assert!(twice.contains("named twice"), "{twice}");
+    let slash = fails("sample box -o {}", &[&path("new.obj/")]);
+    assert!(slash.contains("not a file's name"), "{slash}");
     let clash = fails("bake {} {} -o {}", &[&model, &other, &path("folder")]);
     assert!(clash.contains("into the same file"), "{clash}");
+}
+
+#[cfg(unix)]
+#[test]
+fn devices_and_pipes_are_neither_read_nor_replaced() {
+    use std::os::unix::fs::FileTypeExt;
+    let (folder, model) = with_sample("box");
+    let pipe = folder.path().join("pipe.ao.ktx2");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.unwrap().success());
+    let error = fails("bake {} -o {} --resolution 8", &[&model, &pipe]);
+    assert!(error.contains("not a regular file"), "{error}");
+    let error = fails("info {}", &[&pipe]);
+    assert!(error.contains("not a regular file"), "{error}");
+    assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
+    // A link stays a link; what it points to is replaced.
+    let (real, link) = (
+        folder.path().join("real.ao.ktx2"),
+        folder.path().join("link.ao.ktx2"),
+    );
+    super::ok("bake {} -o {} --resolution 8", &[&model, &real]);
+    std::os::unix::fs::symlink(&real, &link).unwrap();
+    super::ok("bake {} -o {} --resolution 9", &[&model, &link]);
+    assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+    assert!(super::ok("info {}", &[&real]).contains("9×9×9"));
+}
+
+#[test]
+fn a_command_does_not_overwrite_its_input() {
+    let (folder, model) = with_sample("box");
+    let grid = folder.path().join("box.ao.ktx2");
+    super::ok("bake {} -o {} --resolution 8", &[&model, &grid]);
+    for line in ["slices {} -o {}", "export {} --to npy -o {}"] {
+        let error = fails(line, &[&grid, &grid]);
+        assert!(error.contains("it is the input"), "{error}");
+    }
+    let error = fails("slices {} --mesh {} -o {}", &[&grid, &model, &model]);
+    assert!(error.contains("it is the input"), "{error}");
+    super::ok("verify {}", &[&grid]);
+}
+
+#[test]
+fn names_cannot_break_lines_or_colour_the_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = folder.path().join("a.obj");
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    fs::write(&model, format!("{corners}o \x1b[31mred\nf 1 2 3\n")).unwrap();
+    let out = folder.path().join("out");
+    let output = run("bake {} -o {} --parts --resolution 8", &[&model, &out]);
+    assert!(output.status.success());
+    assert!(!output.stderr.contains(&0x1b) && !output.stderr.is_empty());
+    let error = fails("info {}", &[&folder.path().join("a\nb.ao.ktx2")]);
+    assert!(error.contains("a\u{FFFD}b"), "{error}");
 }
 
 #[test]

@@ -25,10 +25,10 @@ pub(crate) struct Args {
     #[command(flatten)]
     pub sampling: SamplingArgs,
     /// How far the grid reaches: to where the model hides about this share of the sky
-    #[arg(long, default_value_t = 0.1, value_parser = positive, conflicts_with = "half_extents")]
+    #[arg(long, default_value_t = 0.1, value_parser = positive, conflicts_with = "half_extents", allow_hyphen_values = true)]
     pub epsilon: f32,
     /// Half the grid's size instead, in the model's units, around its bounding box's centre
-    #[arg(long, value_name = "X,Y,Z", value_parser = extents)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = extents, allow_hyphen_values = true)]
     pub half_extents: Option<[f32; 3]>,
     /// How to sample visibility: six cube faces a cell, or random rays (Monte Carlo)
     #[arg(long, value_enum, default_value_t = MethodArg::Faces)]
@@ -40,7 +40,7 @@ pub(crate) struct Args {
     #[arg(long)]
     pub seed: Option<u64>,
     /// Ignore what is farther from a cell than this, in the model's units [default: unlimited]
-    #[arg(long, value_name = "D", value_parser = positive)]
+    #[arg(long, value_name = "D", value_parser = positive, allow_hyphen_values = true)]
     pub max_distance: Option<f32>,
     /// What a texel holds: the hidden share of the sky, or that and its average direction
     #[arg(long, value_enum, default_value_t = EncodingArg::Cone)]
@@ -77,7 +77,7 @@ pub(crate) struct Args {
 #[derive(clap::Args)]
 pub(crate) struct SamplingArgs {
     /// Cells along the axes, 8 to 2048 each: one number, or three as in 32x24x32
-    #[arg(long, default_value = "32", value_parser = resolution)]
+    #[arg(long, default_value = "32", value_parser = resolution, allow_hyphen_values = true)]
     pub resolution: [u32; 3],
     /// Texels along a cube face's side, 8 to 128 [default: 16]
     #[arg(long, value_parser = face_size)]

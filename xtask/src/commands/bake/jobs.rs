@@ -9,6 +9,8 @@ use aogrid_bake_core::{BakeOptions, Extent, Placement, TriangleMesh};
 use aogrid_grid_format::Grid;
 
 use super::{Args, stem};
+use crate::commands::info::read_grid;
+use crate::output;
 
 /// The ending of grid files.
 const ENDING: &str = ".ao.ktx2";
@@ -47,12 +49,13 @@ impl<'a> Jobs<'a> {
             {
                 let hint = match args.out.is_dir() {
                     true => {
-                        format!("it is a folder; name a file in it, such as {shown}/NAME{ENDING}")
+                        format!("it is a folder; name a file in it, such as NAME{ENDING}")
                     }
                     false => format!("a grid file's name ends in {ENDING}"),
                 };
                 bail!("{shown}: {hint}");
             }
+            output::check(&args.out)?;
             return Ok(jobs);
         }
         jobs.refuse_collisions(&args.models)?;
@@ -68,8 +71,12 @@ impl<'a> Jobs<'a> {
     fn refuse_collisions(&self, models: &[PathBuf]) -> anyhow::Result<()> {
         let mut seen: HashMap<String, &Path> = HashMap::new();
         for model in models {
-            if let Some(other) = seen.insert(stem(model), model) {
+            // Some file systems do not tell upper from lower case.
+            if let Some(other) = seen.insert(stem(model).to_lowercase(), model) {
                 let (a, b) = (other.display(), model.display());
+                if other == model {
+                    bail!("{a} is named twice");
+                }
                 bail!("{a} and {b} would be baked into the same file: bake them one by one");
             }
         }
@@ -130,7 +137,7 @@ pub(super) fn up_to_date(
     name: &str,
     blake3: &str,
 ) -> Option<Grid> {
-    let grid = Grid::from_bytes(&fs::read(&job.out).ok()?).ok()?;
+    let grid = read_grid(&job.out).ok()?;
     let record = grid.record();
     let same_extent = match placement.extent {
         Extent::Epsilon(epsilon) => record.epsilon == Some(epsilon),
@@ -138,7 +145,9 @@ pub(super) fn up_to_date(
             record.epsilon.is_none() && grid.spec().half_extents() == given
         }
     };
+    let untouched = grid.statistics() == grid.measure();
     let same = same_extent
+        && untouched
         && grid.writer() == Grid::current_writer()
         && grid.spec().resolution() == placement.resolution
         && grid.encoding() == options.encoding

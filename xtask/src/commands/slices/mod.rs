@@ -34,6 +34,10 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let grid = read_grid(&args.file)?;
     output::check(&args.out)?;
+    output::check_not_input(&args.out, &args.file)?;
+    if let Some(mesh) = &args.mesh {
+        output::check_not_input(&args.out, mesh)?;
+    }
     let mesh = find_mesh(args, &grid, console)?;
     let name = args.file.file_name().unwrap_or_default();
     let sheet = sheet::draw(&grid, mesh.as_ref(), &name.to_string_lossy());

@@ -6,6 +6,7 @@ use image::RgbImage;
 
 use super::outline;
 use crate::canvas::{BACKGROUND, Canvas, Colour, DIM, INK, LETTER};
+use crate::commands::info::triple;
 
 /// The longer side of a slice, in pixels.
 const TILE: f64 = 128.0;
@@ -142,7 +143,6 @@ pub(super) fn draw(grid: &Grid, mesh: Option<&TriangleMesh>, name: &str) -> RgbI
 fn headings(grid: &Grid, name: &str) -> Vec<String> {
     let (spec, record) = (grid.spec(), grid.record());
     let [nx, ny, nz] = spec.resolution();
-    let [ex, ey, ez] = spec.half_extents();
     let part = record.source.part.as_ref();
     vec![
         name.to_owned(),
@@ -152,7 +152,10 @@ fn headings(grid: &Grid, name: &str) -> Vec<String> {
             part.map(|part| format!(" ({part})")).unwrap_or_default(),
             record.source.triangles
         ),
-        format!("{nx}x{ny}x{nz} cells, half-extents {ex:.4}, {ey:.4}, {ez:.4}"),
+        format!(
+            "{nx}x{ny}x{nz} cells, half-extents {}",
+            triple(spec.half_extents())
+        ),
         format!(
             "boundary {:?}, V_M {:.4}, {} interior cells; mean a {:.4}, largest {:.4}",
             record.boundary.applied,
@@ -194,7 +197,10 @@ fn draw_block(
                 quantity.outline(),
             );
         }
-        let label = format!("z {z:.3}");
+        let label = match z.abs() == 0.0 || (1e-2..1e5).contains(&z.abs()) {
+            true => format!("z {z:.3}"),
+            false => format!("z {z:.1e}"),
+        };
         canvas.text(origin[0], origin[1] + layout.tile[1] + 2, &label, DIM);
     }
 }
