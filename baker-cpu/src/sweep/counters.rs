@@ -52,7 +52,7 @@ impl Tile {
     }
 
     /// The row's number in the tile; none if it is outside.
-    #[inline]
+    #[inline(always)]
     pub(super) fn row(&self, j: u32, k: u32) -> Option<usize> {
         let (j, k) = (j.wrapping_sub(self.j.start), k.wrapping_sub(self.k.start));
         let inside = j < self.j.len() as u32 && k < self.k.len() as u32;
@@ -90,7 +90,7 @@ pub(super) trait Counter: Copy + Default + Eq + Into<i32> {
 }
 
 impl Counter for i8 {
-    #[inline]
+    #[inline(always)]
     fn add(&mut self, delta: i8) -> bool {
         let (sum, wrapped) = self.overflowing_add(delta);
         *self = sum;
@@ -100,7 +100,7 @@ impl Counter for i8 {
 
 impl Counter for i32 {
     /// Two for each edge at most, and there are fewer than 2³⁰ in a mesh that fits a machine.
-    #[inline]
+    #[inline(always)]
     fn add(&mut self, delta: i8) -> bool {
         *self += i32::from(delta);
         false
@@ -122,7 +122,7 @@ pub(super) struct Counters<'a, C> {
 impl<C: Counter> Counters<'_, C> {
     /// From `columns` on, as many layers more as `deltas` says, for the lanes of a range. The
     /// column past the last cell is nowhere.
-    #[inline]
+    #[inline(always)]
     pub(super) fn step(
         &mut self,
         row: usize,
@@ -137,11 +137,13 @@ impl<C: Counter> Counters<'_, C> {
         let n_u = self.layout.n_u as u32;
         self.dirty[row] = true;
         let values = &mut self.values[start..end];
+        let mut wrapped = false;
         for lane in lanes {
             let column = columns[lane];
             let delta = if column < n_u { deltas[lane] } else { 0 };
-            self.wrapped |= values[column as usize * COLUMN + lane].add(delta);
+            wrapped |= values[column as usize * COLUMN + lane].add(delta);
         }
+        self.wrapped |= wrapped;
     }
 }
 

@@ -25,7 +25,7 @@ pub(super) struct Line {
 
 impl Line {
     /// The ends have different ranks, so that they differ in q.
-    #[inline]
+    #[inline(always)]
     pub(super) fn new(from: End, to: End) -> Self {
         let inverse = 1.0 / (to.ranked.q - from.ranked.q);
         Self {
@@ -38,7 +38,7 @@ impl Line {
     ///
     /// Whoever asks on which side of the row an edge passes asks the sign of this height, of
     /// the edge from its lower vertex to its higher: the one expression, so that all agree.
-    #[inline]
+    #[inline(always)]
     pub(super) fn at(&self, level: &RowLevel) -> [f32; 2] {
         let t = level.value - self.from.ranked.q;
         let [u, w] = self.per_level;
@@ -47,7 +47,7 @@ impl Line {
 }
 
 /// 0: above the row, 1: below. Upon the row is below.
-#[inline]
+#[inline(always)]
 pub(super) fn side(height: f32) -> usize {
     usize::from(height <= 0.0)
 }
@@ -66,22 +66,24 @@ impl Deltas {
     /// which each is one layer more to the right of its left edge and one fewer to the right
     /// of its right edge. Seen along d, a triangle with n·d > 0 has its edges that go up (in
     /// V − b·W) at its right.
-    #[inline]
+    #[inline(always)]
     pub(super) fn new(sides: &[Facing], up: bool, frame: &Frame, block: usize) -> Self {
-        let n = (frame.size as usize - block * LANES).min(LANES);
+        let start = (block * LANES) as u8;
         let mut lanes = [0; LANES];
         for facing in sides {
-            for (lane, delta) in lanes.iter_mut().enumerate() {
-                *delta -= facing.sign(block * LANES + lane);
+            let facing = if up { *facing } else { facing.reversed() };
+            for (lane, delta) in (0_u8..).zip(&mut lanes) {
+                *delta -= facing.sign(start + lane);
             }
         }
-        if !up {
-            lanes = lanes.map(|delta| -delta);
+        let n = (frame.size as usize - block * LANES).min(LANES);
+        if n < LANES {
+            lanes[n..].fill(0);
         }
-        lanes[n..].fill(0);
-        let used = |delta: &i8| *delta != 0;
-        let first = lanes.iter().position(used).unwrap_or(LANES);
-        let last = lanes.iter().rposition(used).map_or(first, |lane| lane + 1);
+        // All lanes as one number, of which zeros at either end are quickly counted.
+        let all = u128::from_le_bytes(lanes.map(i8::cast_unsigned));
+        let first = all.trailing_zeros() as usize / 8;
+        let last = LANES - all.leading_zeros() as usize / 8;
         Self { lanes, first, last }
     }
 }
@@ -92,14 +94,16 @@ const MANTISSA: u32 = (1 << 23) - 1;
 
 /// The first column that a step at `u`, `height` above the row, changes, for each direction:
 /// the least whole number not below u − height·slope, from 0 to `n_u`, which is nowhere.
-#[inline]
+#[inline(always)]
 pub(super) fn columns(u: f32, height: f32, slopes: &[f32; LANES], n_u: f32) -> [u32; LANES] {
-    slopes.map(|slope| {
+    let mut columns = [0; LANES];
+    for (column, slope) in columns.iter_mut().zip(slopes) {
         let at = (u - height * slope).max(0.0).min(n_u);
         let nearest = at + WHOLE;
         let below = nearest - WHOLE < at;
-        (nearest.to_bits() & MANTISSA) + u32::from(below)
-    })
+        *column = (nearest.to_bits() & MANTISSA) + u32::from(below);
+    }
+    columns
 }
 
 /// What a batch counts with.
@@ -112,7 +116,7 @@ pub(super) struct Batch<'a> {
 
 impl Batch<'_> {
     /// Counts an edge of one or two triangles at every row that it crosses.
-    #[inline]
+    #[inline(always)]
     pub(super) fn count<C: Counter>(
         &self,
         ends: [End; 2],
@@ -124,18 +128,18 @@ impl Batch<'_> {
         let n_u = counters.layout.n_u as f32;
         for (block, slopes) in self.slopes.iter().enumerate() {
             let deltas = Deltas::new(sides, from < to, self.frame, block);
-            if deltas.first == deltas.last {
+            if deltas.first >= deltas.last {
                 continue;
             }
-            self.levels.between(from.min(to), from.max(to), |level| {
+            for level in self.levels.between(from.min(to), from.max(to)) {
                 let Some(row) = counters.tile.row(level.j, level.k) else {
-                    return;
+                    continue;
                 };
                 let [u, height] = line.at(&level);
                 let columns = columns(u, height, slopes, n_u);
                 let lanes = deltas.first..deltas.last;
                 counters.step(row, block, side(height), lanes, &columns, &deltas.lanes);
-            });
+            }
         }
     }
 }

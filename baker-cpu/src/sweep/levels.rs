@@ -53,6 +53,7 @@ const NO_FRACTION: f32 = 1.5 * (1 << 23) as f32;
 
 /// The whole part, towards minus infinity, of |x| < 2²², without the call to a library that
 /// `floor` is on machines without an instruction for it.
+#[inline(always)]
 pub(super) fn floor(x: f32) -> f32 {
     let nearest = (x + NO_FRACTION) - NO_FRACTION;
     if nearest > x { nearest - 1.0 } else { nearest }
@@ -92,7 +93,7 @@ impl Levels {
     }
 
     /// The vertex at (V, W), in cells.
-    #[inline]
+    #[inline(always)]
     pub(super) fn rank(&self, v: f32, w: f32) -> Ranked {
         let q = v - self.slope * w;
         let whole = floor(q);
@@ -112,23 +113,15 @@ impl Levels {
     }
 
     /// The rows between two ranks, in order.
-    #[inline]
-    pub(super) fn between(&self, low: i32, high: i32, mut each: impl FnMut(RowLevel)) {
+    #[inline(always)]
+    pub(super) fn between(&self, low: i32, high: i32) -> Between<'_> {
         let (low, high) = (low.max(self.range[0]), high.min(self.range[1]));
         let n = self.sorted.len() as i32;
-        let (mut whole, mut s) = (low.div_euclid(n), low.rem_euclid(n) as usize);
-        for _ in low..high {
-            let level = &self.sorted[s];
-            each(RowLevel {
-                value: whole as f32 + level.fraction,
-                j: (whole - level.whole) as u32,
-                k: level.k,
-            });
-            s += 1;
-            if s == self.sorted.len() {
-                s = 0;
-                whole += 1;
-            }
+        Between {
+            sorted: &self.sorted,
+            whole: low.div_euclid(n),
+            s: low.rem_euclid(n) as usize,
+            left: high - low,
         }
     }
 
@@ -140,5 +133,37 @@ impl Levels {
         let value = whole as f32 + self.sorted[s].fraction;
         let number = whole * self.sorted.len() as i32 + s as i32;
         (RowLevel { value, j, k }, number)
+    }
+}
+
+/// See [`Levels::between`].
+pub(super) struct Between<'a> {
+    sorted: &'a [Level],
+    whole: i32,
+    s: usize,
+    left: i32,
+}
+
+impl Iterator for Between<'_> {
+    type Item = RowLevel;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<RowLevel> {
+        if self.left <= 0 {
+            return None;
+        }
+        self.left -= 1;
+        let level = &self.sorted[self.s];
+        let whole = self.whole;
+        self.s += 1;
+        if self.s == self.sorted.len() {
+            self.s = 0;
+            self.whole += 1;
+        }
+        Some(RowLevel {
+            value: whole as f32 + level.fraction,
+            j: (whole - level.whole) as u32,
+            k: level.k,
+        })
     }
 }

@@ -61,6 +61,7 @@
 mod counters;
 mod crossings;
 mod frame;
+mod instructions;
 mod levels;
 mod piercings;
 mod silhouettes;
@@ -79,6 +80,7 @@ use crate::BakeError;
 use counters::{Counter, Counters, Layout, Tile};
 use crossings::{Batch, End};
 use frame::{Frame, LANES};
+use instructions::Instructions;
 use levels::{Levels, Ranked};
 use piercings::Piercings;
 use silhouettes::{Facing, Lists};
@@ -88,8 +90,8 @@ use summation::{Mask, Shares};
 const EDGES_AT_ONCE: usize = 1 << 15;
 
 /// Bakes faces by the direction sweep, again and again with the same buffers.
-#[derive(Default)]
 pub struct Sweeper {
+    instructions: Instructions,
     facings: Vec<[Facing; LANES]>,
     lists: Vec<Lists>,
     positions: Vec<[f32; 3]>,
@@ -108,10 +110,26 @@ struct Workspace {
     sums: Vec<FaceSums>,
 }
 
+impl Default for Sweeper {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Sweeper {
-    /// Without buffers yet.
+    /// Without buffers yet; with the best instructions that the machine has.
     pub fn new() -> Self {
-        Self::default()
+        Self::with(Instructions::available()[0])
+    }
+
+    fn with(instructions: Instructions) -> Self {
+        Self {
+            instructions,
+            facings: Vec::new(),
+            lists: Vec::new(),
+            positions: Vec::new(),
+            workspaces: Mutex::default(),
+        }
     }
 
     /// Bakes six faces of `size` × `size` texels around every cell of the mesh's grid, on all
@@ -242,6 +260,23 @@ struct Pass<'a> {
     work: &'a Work<'a>,
 }
 
+/// A batch, in one tile.
+struct BatchWork<'a> {
+    pass: &'a Pass<'a>,
+    tile: &'a Tile,
+    row: usize,
+    workspace: &'a mut Workspace,
+}
+
+impl instructions::Work for BatchWork<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.pass.run_batch(self.tile, self.row, self.workspace);
+    }
+}
+
 impl Pass<'_> {
     fn run(&self) -> Result<(), BakeError> {
         let next = AtomicUsize::new(0);
@@ -272,7 +307,12 @@ impl Pass<'_> {
                 break;
             };
             if !self.work.cancelled.load(Ordering::Relaxed) {
-                self.run_batch(tile, row, &mut workspace);
+                self.sweeper.instructions.run(BatchWork {
+                    pass: self,
+                    tile,
+                    row,
+                    workspace: &mut workspace,
+                });
                 self.observe();
             }
         }
@@ -295,6 +335,7 @@ impl Pass<'_> {
         }
     }
 
+    #[inline(always)]
     fn run_batch(&self, tile: &Tile, row: usize, workspace: &mut Workspace) {
         let layout = Layout::new(self.frame);
         let Workspace {
@@ -343,6 +384,7 @@ impl Pass<'_> {
     }
 
     /// All steps of a batch.
+    #[inline(always)]
     fn count<C: Counter>(
         &self,
         row: usize,
@@ -390,6 +432,7 @@ impl Pass<'_> {
     }
 
     /// Adds a batch's texels to the sums of the tile, and leaves the counters zero.
+    #[inline(always)]
     fn sum<C: Counter>(
         &self,
         row: usize,
@@ -458,6 +501,37 @@ impl Pass<'_> {
                 if share.count > 0 {
                     summation::join(&mut all[self.cell_idx(tile, row, i)], &share);
                 }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use aogrid_bake_core::samples::Sample;
+    use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED};
+
+    use super::*;
+
+    #[test]
+    fn every_set_of_instructions_gives_the_same_bits() {
+        let sets = Instructions::available();
+        for (sample, resolution, size) in [
+            (Sample::SpaceShip, [16, 12, 33], 16),
+            (Sample::Robot, [33, 8, 9], 21),
+        ] {
+            let mesh = sample.mesh(Some(3000)).unwrap();
+            let placement = Placement {
+                resolution,
+                ..Placement::default()
+            };
+            let spec = placement.place(&mesh.bounds()).unwrap();
+            let mesh = PreparedMesh::new(&mesh, spec, BakeOptions::SAMPLE_OFFSET).unwrap();
+            let bake = |set| Sweeper::with(set).bake_with_bits(&mesh, size, UNOBSERVED);
+            let portable = bake(sets[sets.len() - 1]).unwrap();
+            assert!(portable.0.counts.iter().any(|n| *n > 0));
+            for set in &sets {
+                assert!(bake(*set).unwrap() == portable, "{set:?}");
             }
         }
     }

@@ -9,7 +9,7 @@ use super::frame::{Frame, LANES};
 /// How a triangle faces the directions of a face's row: n·d is linear in the texel's number z
 /// and changes its sign once. Bits 0–6: the first z of the second part (never the side's
 /// length itself: "none" is "all, the other way round"); bit 7: set if the first part faces
-/// away from d.
+/// d, and the second away.
 ///
 /// It is found once for each triangle and row, so that all edges of a triangle agree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -19,24 +19,27 @@ const TOWARDS_FIRST: u8 = 1 << 7;
 
 impl Facing {
     /// The first texel of the second part.
-    #[inline]
-    pub(super) fn turn(self) -> usize {
-        (self.0 & !TOWARDS_FIRST) as usize
+    #[inline(always)]
+    fn turn(self) -> u8 {
+        self.0 & !TOWARDS_FIRST
     }
 
     /// +1 where n·d > 0, else −1.
-    #[inline]
-    pub(super) fn sign(self, z: usize) -> i8 {
-        let second = z >= self.turn();
-        if second != (self.0 & TOWARDS_FIRST != 0) {
-            1
-        } else {
-            -1
-        }
+    #[inline(always)]
+    pub(super) fn sign(self, z: u8) -> i8 {
+        let first_towards = (self.0 & TOWARDS_FIRST) >> 7;
+        let towards = u8::from(z >= self.turn()) ^ first_towards;
+        (2 * towards).cast_signed() - 1
+    }
+
+    /// The triangle wound the other way.
+    #[inline(always)]
+    pub(super) fn reversed(self) -> Self {
+        Self(self.0 ^ TOWARDS_FIRST)
     }
 
     /// The sign times that of the half-edge's direction: what it adds to an edge's sum.
-    #[inline]
+    #[inline(always)]
     pub(super) fn along(self, half_edge: HalfEdge) -> Self {
         Self(self.0 ^ u8::from(half_edge.is_reversed()) << 7)
     }
@@ -151,8 +154,8 @@ mod tests {
             for normal in normals {
                 let facing = facing(normal, &frame, &rows);
                 for (b, facing) in facing.iter().enumerate() {
-                    for z in 0..size as usize {
-                        let a = shear[0] * ((2 * z + 1) as f64 / f64::from(size) - 1.0);
+                    for z in 0..size as u8 {
+                        let a = shear[0] * ((2.0 * f64::from(z) + 1.0) / f64::from(size) - 1.0);
                         let n = [frame.u, frame.v, frame.w].map(|x| normal[x] as f64);
                         let along = n[0] * a + n[1] * f64::from(rows[b]) + n[2];
                         // Nearer to edge-on than single floats tell apart.

@@ -28,7 +28,7 @@ impl Shares {
         Self(shares)
     }
 
-    #[inline]
+    #[inline(always)]
     fn of(&self, mask: Mask) -> FaceSums {
         let mut sums = FaceSums::default();
         for (table, byte) in self.0.iter().zip(mask.to_le_bytes()) {
@@ -38,6 +38,7 @@ impl Shares {
     }
 
     /// Adds to each cell of a row what its mask says.
+    #[inline(always)]
     pub(super) fn add(&self, masks: &[Mask], sums: &mut [FaceSums]) {
         let (mut last, mut share) = (0, FaceSums::default());
         for (&mask, sums) in masks.iter().zip(sums) {
@@ -50,7 +51,7 @@ impl Shares {
     }
 }
 
-#[inline]
+#[inline(always)]
 pub(super) fn join(sums: &mut FaceSums, more: &FaceSums) {
     sums.count += more.count;
     sums.a += more.a;
@@ -71,13 +72,21 @@ pub(super) fn texel_of(frame: &Frame, b: u32, block: usize, bit: usize) -> Optio
 }
 
 /// The masks of a row's cells from the counters of its block: running sums that are not zero.
+#[inline(always)]
 pub(super) fn masks<C: Counter>(counters: &[C], masks: &mut [Mask]) {
     let mut layers = [0_i32; COLUMN];
-    for (column, mask) in counters.chunks_exact(COLUMN).zip(masks) {
-        *mask = 0;
-        for (lane, (layers, &step)) in layers.iter_mut().zip(column).enumerate() {
-            *layers += step.into();
-            *mask |= u32::from(*layers != 0) << lane;
+    let mut last = 0;
+    for (column, mask) in counters.as_chunks::<COLUMN>().0.iter().zip(masks) {
+        // Mostly nothing happens.
+        if *column != [C::default(); COLUMN] {
+            for (layers, &step) in layers.iter_mut().zip(column) {
+                *layers += step.into();
+            }
+            last = 0;
+            for (lane, layers) in (0_u32..).zip(&layers) {
+                last |= u32::from(*layers != 0) << lane;
+            }
         }
+        *mask = last;
     }
 }
