@@ -71,7 +71,6 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use aogrid_bake_core::fixed_texels;
-use aogrid_bake_core::prepared::HalfEdge;
 use aogrid_bake_core::{FaceBits, FaceSums, FixedTexel, Observer, PreparedMesh, Progress, RawGrid};
 use aogrid_grid_format::{FACE_SIZES, Method};
 use rayon::prelude::*;
@@ -348,9 +347,10 @@ impl Pass<'_> {
         } = workspace;
         let levels = Levels::new(self.frame, tile, self.first_row + row as u32);
         let Frame { v, w, .. } = *self.frame;
-        let rank = |p: &[f32; 3]| levels.rank(p[v], p[w]);
-        ranks.clear();
-        ranks.extend(self.sweeper.positions.iter().map(rank));
+        ranks.resize(self.sweeper.positions.len(), Ranked::default());
+        for (ranked, position) in ranks.iter_mut().zip(&self.sweeper.positions) {
+            *ranked = levels.rank(position[v], position[w]);
+        }
         counters.resize((tile.rows() * layout.row).max(counters.len()), 0);
         dirty.resize(tile.rows().max(dirty.len()), false);
         sums.resize(
@@ -400,28 +400,22 @@ impl Pass<'_> {
             levels,
             slopes: &slopes,
         };
-        let end = |vertex: u32| {
-            let position = self.sweeper.positions[vertex as usize];
-            End {
-                ranked: ranks[vertex as usize],
-                u: position[self.frame.u],
-                w: position[self.frame.w],
-            }
-        };
-        let crosses = |[a, b]: [u32; 2]| ranks[a as usize].rank != ranks[b as usize].rank;
-        let facing = |side: HalfEdge| self.sweeper.facings[side.triangle()][row].along(side);
+        let end = |vertex: u32| self.end(vertex, ranks);
         for lists in &self.sweeper.lists {
-            for &number in &lists[row] {
-                let edge = &self.mesh.edges()[number as usize];
-                if crosses(edge.vertices) {
-                    let sides = edge.sides.map(facing);
-                    batch.count(edge.vertices.map(end), &sides, counters);
+            for silhouette in &lists[row] {
+                let [a, b] = self.mesh.edges()[silhouette.edge as usize].vertices;
+                if ranks[a as usize].rank != ranks[b as usize].rank {
+                    let ends = [self.end(a, ranks), self.end(b, ranks)];
+                    batch.count(ends, &silhouette.sides, counters);
                 }
             }
         }
         for edge in self.mesh.lone_edges() {
-            if crosses(edge.vertices) {
-                batch.count(edge.vertices.map(end), &[facing(edge.side)], counters);
+            let [a, b] = edge.vertices;
+            if ranks[a as usize].rank != ranks[b as usize].rank {
+                let ends = [self.end(a, ranks), self.end(b, ranks)];
+                let side = self.sweeper.facings[edge.side.triangle()][row].along(edge.side);
+                batch.count(ends, &[side], counters);
             }
         }
         let facing = |triangle: u32| self.sweeper.facings[triangle as usize][row];
@@ -429,6 +423,16 @@ impl Pass<'_> {
             self.mesh.triangles()[triangle as usize].map(|vertex| (vertex, end(vertex)))
         };
         self.piercings.count(&batch, facing, corners, counters);
+    }
+
+    #[inline(always)]
+    fn end(&self, vertex: u32, ranks: &[Ranked]) -> End {
+        let position = &self.sweeper.positions[vertex as usize];
+        End {
+            ranked: ranks[vertex as usize],
+            u: position[self.frame.u],
+            w: position[self.frame.w],
+        }
     }
 
     /// Adds a batch's texels to the sums of the tile, and leaves the counters zero.

@@ -91,8 +91,17 @@ fn facing(normal: [i64; 3], frame: &Frame, row_slopes: &[f32; LANES]) -> [Facing
     })
 }
 
-/// For each row of a face, the edges that are silhouettes for some texel of it.
-pub(super) type Lists = [Vec<u32>; LANES];
+/// An edge that is a silhouette for some texel of a face's row.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Silhouette {
+    /// The edge's number.
+    pub edge: u32,
+    /// Its triangles' facings along it: here, and not looked up again among all triangles.
+    pub sides: [Facing; 2],
+}
+
+/// The silhouettes of each row of a face.
+pub(super) type Lists = [Vec<Silhouette>; LANES];
 
 /// Finds silhouettes for the first `n_rows` rows among `edges`, whose first has the number
 /// `first`.
@@ -104,7 +113,7 @@ pub(super) fn find(
     lists: &mut Lists,
 ) {
     let rows = u128::MAX >> (8 * (LANES - n_rows));
-    for (number, edge) in (first..).zip(edges) {
+    for (edge_idx, edge) in (first..).zip(edges) {
         let [one, other] = edge.sides.map(|side| {
             let bytes = facings[side.triangle()].map(|f| f.along(side).0);
             u128::from_le_bytes(bytes)
@@ -113,7 +122,11 @@ pub(super) fn find(
         let mut odd = (one ^ other ^ u128::from_le_bytes([TOWARDS_FIRST; LANES])) & rows;
         while odd != 0 {
             let row = odd.trailing_zeros() / 8;
-            lists[row as usize].push(number);
+            let facing = |all: u128| Facing((all >> (8 * row)) as u8);
+            lists[row as usize].push(Silhouette {
+                edge: edge_idx,
+                sides: [facing(one), facing(other)],
+            });
             odd &= !(0xff << (8 * row));
         }
     }
