@@ -237,3 +237,22 @@ fn a_boundary_that_cannot_fade_by_jgt_is_a_warning() {
         (BoundaryMode::Jgt, BoundaryMode::Rr)
     );
 }
+
+#[test]
+fn light_that_gets_in_through_a_hole_is_a_warning() {
+    let (folder, model) = with_sample("sphere");
+    let out = folder.path().join("sphere.ao.ktx2");
+    let line = "bake {} -o {} --resolution 16";
+    let stderr = |line| String::from_utf8(run(line, &[&model, &out]).stderr).unwrap();
+    assert!(!stderr(line).contains("warning"));
+    // One triangle of 1,280 less.
+    let obj = fs::read_to_string(&model).unwrap();
+    let (rest, _last) = obj.trim_end().rsplit_once('\n').unwrap();
+    fs::write(&model, rest).unwrap();
+    let open = stderr(line);
+    assert!(
+        open.contains("warning: ") && open.contains("holes"),
+        "{open}"
+    );
+    assert!(!stderr("bake {} -o {} --resolution 16 --interior keep").contains("warning"));
+}

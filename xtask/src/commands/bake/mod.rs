@@ -11,7 +11,7 @@ use anyhow::Context;
 use aogrid_bake_core::mesh::{self, LoadedMesh, MeshReport};
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, post};
 use aogrid_baker_cpu as baker_cpu;
-use aogrid_grid_format::{BoundaryMode, GridSpec, Source};
+use aogrid_grid_format::{BoundaryMode, GridSpec, Interior, Source};
 
 pub(crate) use args::{Args, SamplingArgs};
 use jobs::{Job, Jobs};
@@ -108,6 +108,7 @@ impl Baker<'_> {
         }
         output::check(&job.out)?;
         let baked = self.bake(job, mesh, spec, report, console)?;
+        warn_of_holes(job, &baked, console);
         let record = baked.grid.record();
         if record.boundary.requested != record.boundary.applied {
             debug_assert_eq!(record.boundary.applied, BoundaryMode::Rr);
@@ -167,6 +168,23 @@ impl Baker<'_> {
                 threads: rayon::current_num_threads(),
             },
         })
+    }
+}
+
+/// From this occlusion on a cell is inside the model for anyone who looks at it.
+const AS_GOOD_AS_INSIDE: f32 = 0.99;
+
+/// Through the smallest hole some directions of the cells inside are open: then they are not
+/// interior, keep their values, and darken the surface that they are interpolated with.
+fn warn_of_holes(job: &Job, baked: &Baked, console: &Console) {
+    let largest = baked.grid.statistics().largest;
+    let filled = baked.grid.record().interior == Interior::Fill;
+    if filled && !baked.report.is_closed() && largest >= AS_GOOD_AS_INSIDE {
+        console.warning(&format!(
+            "{}: light gets in through holes, so that cells inside are not filled (the largest \
+             occlusion is {largest:.3}): the model's own surface will be too dark; close the holes",
+            job.title
+        ));
     }
 }
 
