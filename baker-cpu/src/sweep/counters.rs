@@ -130,7 +130,7 @@ impl<C: Counter> Counters<'_, C> {
         side: usize,
         lanes: Range<usize>,
         columns: &[u32; LANES],
-        deltas: &[i8; LANES],
+        deltas: &[u8; LANES],
     ) {
         let start = row * self.layout.row + block * self.layout.block + side * LANES;
         let end = start - side * LANES + self.layout.block;
@@ -140,7 +140,7 @@ impl<C: Counter> Counters<'_, C> {
         let mut wrapped = false;
         for lane in lanes {
             let column = columns[lane];
-            let delta = if column < n_u { deltas[lane] } else { 0 };
+            let delta = if column < n_u { deltas[lane] } else { 0 }.cast_signed();
             wrapped |= values[column as usize * COLUMN + lane].add(delta);
         }
         self.wrapped |= wrapped;

@@ -55,7 +55,8 @@ pub(super) fn side(height: f32) -> usize {
 /// What an edge adds from its crossing on, for each lane of each block.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Deltas {
-    pub lanes: [i8; LANES],
+    /// Signed, as bytes, which are looked at as one number.
+    pub lanes: [u8; LANES],
     /// Around all that are not zero.
     pub first: usize,
     pub last: usize,
@@ -69,11 +70,11 @@ impl Deltas {
     #[inline(always)]
     pub(super) fn new(sides: &[Facing], up: bool, frame: &Frame, block: usize) -> Self {
         let start = (block * LANES) as u8;
-        let mut lanes = [0; LANES];
+        let mut lanes = [0_u8; LANES];
         for facing in sides {
             let facing = if up { *facing } else { facing.reversed() };
             for (lane, delta) in (0_u8..).zip(&mut lanes) {
-                *delta -= facing.sign(start + lane);
+                *delta = delta.wrapping_sub(facing.sign(start + lane).cast_unsigned());
             }
         }
         let n = (frame.size as usize - block * LANES).min(LANES);
@@ -81,7 +82,7 @@ impl Deltas {
             lanes[n..].fill(0);
         }
         // All lanes as one number, of which zeros at either end are quickly counted.
-        let all = u128::from_le_bytes(lanes.map(i8::cast_unsigned));
+        let all = u128::from_le_bytes(lanes);
         let first = all.trailing_zeros() as usize / 8;
         let last = LANES - all.leading_zeros() as usize / 8;
         Self { lanes, first, last }

@@ -286,6 +286,21 @@ fn real_meshes_are_alike() {
     assert!(differences as f64 <= PROMISED * texels as f64 + 2.0);
 }
 
+/// The promise itself: `cargo test -p aogrid-tests -- --ignored --nocapture whole`.
+#[test]
+#[ignore = "50 million rays a mesh take minutes"]
+fn whole_real_meshes_are_alike() {
+    let Some(folder) = shared("data/meshes") else {
+        return;
+    };
+    for path in files_with_ending(&folder, ".obj") {
+        let loaded = mesh::load(&path).unwrap().mesh;
+        let parity = compare(&prepared(&loaded, [32; 3]), 16);
+        let allowed = (PROMISED * parity.texels as f64) as usize;
+        assert_alike(&parity, allowed, &path.display().to_string());
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
