@@ -69,6 +69,11 @@ impl Lattice {
         self.bits
     }
 
+    /// No vertex of a triangle is farther from the first sample along any axis, in cells.
+    pub fn reach(&self) -> f64 {
+        f64::from(1_u32 << (COORDINATE_BITS - self.bits))
+    }
+
     /// The lattice's point nearest to a position in object space. Of two equally near the even
     /// one, so that a mesh that mirrors itself in the box still does so.
     pub(super) fn snap(&self, position: [f32; 3]) -> [i32; 3] {

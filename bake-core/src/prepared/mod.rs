@@ -118,13 +118,14 @@ impl PreparedMesh {
     }
 
     /// The normal of a triangle by the right-hand rule, in squared steps: exact, below 2⁵².
+    #[inline]
     pub fn normal(&self, triangle: [u32; 3]) -> [i64; 3] {
-        let [a, b, c] = triangle.map(|v| self.vertices[v as usize].map(i64::from));
-        let [ab, ac]: [[i64; 3]; 2] = [b, c].map(|p| std::array::from_fn(|x| p[x] - a[x]));
-        std::array::from_fn(|x| {
-            let (y, z) = ((x + 1) % 3, (x + 2) % 3);
-            ab[y] * ac[z] - ab[z] * ac[y]
-        })
+        let vertex = |corner: usize| &self.vertices[triangle[corner] as usize];
+        let (a, b, c) = (vertex(0), vertex(1), vertex(2));
+        // Coordinates have 25 bits with their sign, so that differences fit 32.
+        let along = |p: &[i32; 3], x: usize| i64::from(p[x] - a[x]);
+        let minor = |y: usize, z: usize| along(b, y) * along(c, z) - along(b, z) * along(c, y);
+        [minor(1, 2), minor(2, 0), minor(0, 1)]
     }
 }
 

@@ -4,23 +4,23 @@ use std::ops::Range;
 
 use super::frame::{Frame, LANES};
 
-/// Counters of one tile, small enough to stay in a core's own cache: what 32³ cells with
-/// faces of 16² need.
-const TILE_BYTES: usize = 3 << 19;
-
-/// A tile may be larger where the mesh is: ranking its vertices once a tile must not take
-/// longer than counting in it.
-const TILE_BYTES_PER_VERTEX: usize = 64;
-const MOST_TILE_BYTES: usize = 1 << 26;
-
-/// The most values of k in a tile: ranks of levels are found among so many.
-const MOST_LAYERS: u32 = 32;
-
 /// Above and below the row.
 pub(super) const SIDES: usize = 2;
 
 /// The counters of one column: [`SIDES`] × [`LANES`] next to each other.
 pub(super) const COLUMN: usize = SIDES * LANES;
+
+/// Counters of a group, as bytes: small enough to stay in a core's first cache.
+const GROUP: usize = 1 << 15;
+
+/// The most counters of a group: those of the longest row. A step names one in 16 bits.
+pub(super) const MOST_PLACES: usize = 1 << 16;
+
+/// The most groups of a tile, each of which has a buffer of steps.
+const MOST_GROUPS: usize = 128;
+
+/// The most values of k in a tile: ranks of levels are found among so many.
+pub(super) const MOST_LAYERS: u32 = 32;
 
 /// Some rows of cells: all (j, k) of two ranges, each with all its cells.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -31,11 +31,10 @@ pub(super) struct Tile {
 
 impl Tile {
     /// Divides the rows of a grid.
-    pub(super) fn all(frame: &Frame, n_vertices: usize) -> Vec<Self> {
+    pub(super) fn all(frame: &Frame) -> Vec<Self> {
         let [_, n_v, n_w] = frame.n;
-        let for_vertices = (TILE_BYTES_PER_VERTEX * n_vertices).min(MOST_TILE_BYTES);
-        let bytes = TILE_BYTES.max(for_vertices);
-        let most_rows = (bytes / Layout::new(frame).row).max(1) as u32;
+        let layout = Layout::new(frame);
+        let most_rows = ((MOST_GROUPS << layout.shift) as u32 / layout.blocks).max(1);
         let layers = (most_rows / n_v).clamp(1, MOST_LAYERS.min(n_w));
         let width = most_rows.clamp(1, n_v);
         let ranges = |n: u32, step: u32| {
@@ -53,33 +52,58 @@ impl Tile {
 
     /// The row's number in the tile; none if it is outside.
     #[inline(always)]
-    pub(super) fn row(&self, j: u32, k: u32) -> Option<usize> {
+    pub(super) fn row(&self, j: u32, k: u32) -> Option<u32> {
         let (j, k) = (j.wrapping_sub(self.j.start), k.wrapping_sub(self.k.start));
         let inside = j < self.j.len() as u32 && k < self.k.len() as u32;
-        inside.then(|| k as usize * self.j.len() + j as usize)
+        inside.then(|| k * self.j.len() as u32 + j)
     }
 }
 
-/// Where a counter is: rows, in them blocks of directions, in them columns. One more column
-/// than there are cells takes what happens to the right of the grid.
+/// Where a counter is. A *strip* has the counters of one row and one block of directions,
+/// column by column. 2^shift strips are a *group*, of which one at a time is counted.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layout {
-    pub n_u: usize,
-    /// Counters of a row.
-    pub row: usize,
-    /// Counters of a row's block.
-    pub block: usize,
+    pub n_u: u32,
+    pub blocks: u32,
+    pub shift: u32,
 }
 
 impl Layout {
     pub(super) fn new(frame: &Frame) -> Self {
-        let n_u = frame.n[0] as usize;
-        let block = (n_u + 1) * COLUMN;
+        let n_u = frame.n[0];
+        let strips = (GROUP / (n_u as usize * COLUMN)).max(1);
         Self {
             n_u,
-            row: frame.blocks() * block,
-            block,
+            blocks: frame.blocks() as u32,
+            shift: strips.ilog2(),
         }
+    }
+
+    /// Counters of a strip.
+    pub(super) fn strip(self) -> usize {
+        self.n_u as usize * COLUMN
+    }
+
+    /// Counters of a group.
+    pub(super) fn group(self) -> usize {
+        self.strip() << self.shift
+    }
+
+    pub(super) fn groups(self, tile: &Tile) -> usize {
+        self.strips(tile).div_ceil(1 << self.shift)
+    }
+
+    pub(super) fn strips(self, tile: &Tile) -> usize {
+        tile.rows() * self.blocks as usize
+    }
+
+    /// The group of a row's block, and the first of its places there.
+    #[inline(always)]
+    pub(super) fn place(self, row: u32, block: u32) -> (usize, u32) {
+        let strip = row * self.blocks + block;
+        let within = strip & ((1 << self.shift) - 1);
+        let first = within * self.n_u * COLUMN as u32;
+        ((strip >> self.shift) as usize, first)
     }
 }
 
@@ -107,46 +131,6 @@ impl Counter for i32 {
     }
 }
 
-/// The counters of a tile for one batch of directions.
-pub(super) struct Counters<'a, C> {
-    pub layout: Layout,
-    pub tile: &'a Tile,
-    /// All zero before and after a batch.
-    pub values: &'a mut [C],
-    /// Rows with counters that are not zero.
-    pub dirty: &'a mut [bool],
-    /// Whether a counter was too small for what it counted.
-    pub wrapped: bool,
-}
-
-impl<C: Counter> Counters<'_, C> {
-    /// From `columns` on, as many layers more as `deltas` says, for the lanes of a range. The
-    /// column past the last cell is nowhere.
-    #[inline(always)]
-    pub(super) fn step(
-        &mut self,
-        row: usize,
-        block: usize,
-        side: usize,
-        lanes: Range<usize>,
-        columns: &[u32; LANES],
-        deltas: &[u8; LANES],
-    ) {
-        let start = row * self.layout.row + block * self.layout.block + side * LANES;
-        let end = start - side * LANES + self.layout.block;
-        let n_u = self.layout.n_u as u32;
-        self.dirty[row] = true;
-        let values = &mut self.values[start..end];
-        let mut wrapped = false;
-        for lane in lanes {
-            let column = columns[lane];
-            let delta = if column < n_u { deltas[lane] } else { 0 }.cast_signed();
-            wrapped |= values[column as usize * COLUMN + lane].add(delta);
-        }
-        self.wrapped |= wrapped;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -169,21 +153,41 @@ mod tests {
             ([8, 9, 10], 8),
             ([64, 50, 70], 24),
             ([2048, 2048, 8], 128),
+            ([8, 2048, 9], 128),
         ] {
             let frame = frame(n, size);
-            let tiles = Tile::all(&frame, 1000);
+            let tiles = Tile::all(&frame);
             let mut seen = vec![0; (n[1] * n[2]) as usize];
             for tile in &tiles {
                 assert!(tile.k.len() <= 32);
+                assert!(Layout::new(&frame).groups(tile) <= MOST_GROUPS);
                 for k in tile.k.clone() {
                     for j in tile.j.clone() {
                         seen[(k * n[1] + j) as usize] += 1;
-                        assert!(tile.row(j, k).is_some_and(|row| row < tile.rows()));
+                        let row = tile.row(j, k);
+                        assert!(row.is_some_and(|row| row < tile.rows() as u32));
                     }
                 }
                 assert_eq!(tile.row(tile.j.end, tile.k.start), None);
             }
             assert!(seen.iter().all(|n| *n == 1), "{n:?}");
+        }
+    }
+
+    #[test]
+    fn every_counter_of_a_group_has_a_place_of_its_own() {
+        for (n, size) in [([32; 3], 16), ([8, 9, 10], 72), ([2048, 2, 2], 40)] {
+            let layout = Layout::new(&frame(n, size));
+            assert!(layout.group() <= MOST_PLACES, "{n:?}");
+            let mut places = Vec::new();
+            for row in 0..n[1] * n[2] {
+                places.extend((0..layout.blocks).map(|block| layout.place(row, block)));
+            }
+            let strips = 1 << layout.shift;
+            for (strip, (group, first)) in places.into_iter().enumerate() {
+                assert_eq!(group, strip / strips);
+                assert_eq!(first as usize, strip % strips * layout.strip());
+            }
         }
     }
 }

@@ -1,35 +1,40 @@
 //! Crossings: where edges pass through the plane of a row, and the cells from which on that
 //! matters.
 
-use super::counters::{Counter, Counters};
 use super::frame::{Frame, LANES};
-use super::levels::{Levels, Ranked, RowLevel};
+use super::levels::{Levels, RowLevel};
 use super::silhouettes::Facing;
+use super::steps::{Lanes, Steps};
 
 /// An end of an edge as one batch sees it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct End {
-    pub ranked: Ranked,
+    pub rank: i32,
     /// In cells.
     pub u: f32,
-    /// In cells.
+    pub v: f32,
     pub w: f32,
 }
 
 /// An edge, from its first end to its second.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line {
-    from: End,
+    u: f32,
+    w: f32,
+    q: f32,
     per_level: [f32; 2],
 }
 
 impl Line {
     /// The ends have different ranks, so that they differ in q.
     #[inline(always)]
-    pub(super) fn new(from: End, to: End) -> Self {
-        let inverse = 1.0 / (to.ranked.q - from.ranked.q);
+    pub(super) fn new(from: End, to: End, levels: &Levels) -> Self {
+        let q = levels.q(from.v, from.w);
+        let inverse = 1.0 / (levels.q(to.v, to.w) - q);
         Self {
-            from,
+            u: from.u,
+            w: from.w,
+            q,
             per_level: [(to.u - from.u) * inverse, (to.w - from.w) * inverse],
         }
     }
@@ -40,9 +45,9 @@ impl Line {
     /// the edge from its lower vertex to its higher: the one expression, so that all agree.
     #[inline(always)]
     pub(super) fn at(&self, level: &RowLevel) -> [f32; 2] {
-        let t = level.value - self.from.ranked.q;
+        let t = level.value - self.q;
         let [u, w] = self.per_level;
-        [self.from.u + t * u, (self.from.w + t * w) - level.k as f32]
+        [self.u + t * u, (self.w + t * w) - level.k]
     }
 }
 
@@ -52,40 +57,17 @@ pub(super) fn side(height: f32) -> usize {
     usize::from(height <= 0.0)
 }
 
-/// What an edge adds from its crossing on, for each lane of each block.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Deltas {
-    /// Signed, as bytes, which are looked at as one number.
-    pub lanes: [u8; LANES],
-    /// Around all that are not zero.
-    pub first: usize,
-    pub last: usize,
-}
-
-impl Deltas {
-    /// For the directions of a block: minus the sum of the signs of the edge's triangles, of
-    /// which each is one layer more to the right of its left edge and one fewer to the right
-    /// of its right edge. Seen along d, a triangle with n·d > 0 has its edges that go up (in
-    /// V − b·W) at its right.
+impl Lanes {
+    /// Of the directions of a block, from an edge's crossing on: one layer more for each of
+    /// its two triangles to the right of its left edge, and one fewer to the right of its right
+    /// edge. Seen along d, a triangle with n·d > 0 has its edges that go `up` (in V − b·W) at
+    /// its right. A lone triangle is given twice.
     #[inline(always)]
-    pub(super) fn new(sides: &[Facing], up: bool, frame: &Frame, block: usize) -> Self {
-        let start = (block * LANES) as u8;
-        let mut lanes = [0_u8; LANES];
-        for facing in sides {
-            let facing = if up { *facing } else { facing.reversed() };
-            for (lane, delta) in (0_u8..).zip(&mut lanes) {
-                *delta = delta.wrapping_sub(facing.sign(start + lane).cast_unsigned());
-            }
-        }
-        let n = (frame.size as usize - block * LANES).min(LANES);
-        if n < LANES {
-            lanes[n..].fill(0);
-        }
-        // All lanes as one number, of which zeros at either end are quickly counted.
-        let all = u128::from_le_bytes(lanes);
-        let first = all.trailing_zeros() as usize / 8;
-        let last = LANES - all.leading_zeros() as usize / 8;
-        Self { lanes, first, last }
+    pub(super) fn new(sides: [Facing; 2], up: bool, frame: &Frame, block: usize) -> Self {
+        let [one, other] = [sides[0].towards(block), sides[1].towards(block)];
+        let steps = !(one ^ other) & frame.lanes(block);
+        let fewer = if up { one } else { !one };
+        Self { steps, fewer }
     }
 }
 
@@ -108,6 +90,7 @@ pub(super) fn columns(u: f32, height: f32, slopes: &[f32; LANES], n_u: f32) -> [
 }
 
 /// What a batch counts with.
+#[derive(Clone, Copy)]
 pub(super) struct Batch<'a> {
     pub frame: &'a Frame,
     pub levels: &'a Levels,
@@ -115,31 +98,84 @@ pub(super) struct Batch<'a> {
     pub slopes: &'a [[f32; LANES]],
 }
 
-impl Batch<'_> {
-    /// Counts an edge of one or two triangles at every row that it crosses.
+/// Edges that a thread collects before it counts them.
+const COLLECTED: usize = 256;
+
+/// Edges that cross levels, in arrays.
+#[repr(C, align(64))]
+pub(super) struct Edges {
+    pub n: usize,
+    /// Of the lower vertex, and of the higher.
+    pub ranks: [[i32; COLLECTED]; 2],
+    pub u: [[f32; COLLECTED]; 2],
+    pub v: [[f32; COLLECTED]; 2],
+    pub w: [[f32; COLLECTED]; 2],
+    pub sides: [[Facing; COLLECTED]; 2],
+}
+
+impl Default for Edges {
+    fn default() -> Self {
+        Self {
+            n: 0,
+            ranks: [[0; COLLECTED]; 2],
+            u: [[0.0; COLLECTED]; 2],
+            v: [[0.0; COLLECTED]; 2],
+            w: [[0.0; COLLECTED]; 2],
+            sides: [[Facing::default(); COLLECTED]; 2],
+        }
+    }
+}
+
+impl Edges {
     #[inline(always)]
-    pub(super) fn count<C: Counter>(
-        &self,
-        ends: [End; 2],
-        sides: &[Facing],
-        counters: &mut Counters<'_, C>,
-    ) {
-        let [from, to] = ends.map(|end| end.ranked.rank);
-        let line = Line::new(ends[0], ends[1]);
-        let n_u = counters.layout.n_u as f32;
-        for (block, slopes) in self.slopes.iter().enumerate() {
-            let deltas = Deltas::new(sides, from < to, self.frame, block);
-            if deltas.first >= deltas.last {
+    pub(super) fn has_room(&self, n: usize) -> bool {
+        self.n + n <= COLLECTED
+    }
+
+    /// Adds an edge. There is room.
+    #[inline(always)]
+    pub(super) fn push(&mut self, ends: [End; 2], sides: [Facing; 2]) {
+        let n = self.n & (COLLECTED - 1);
+        for i in 0..2 {
+            self.ranks[i][n] = ends[i].rank;
+            self.u[i][n] = ends[i].u;
+            self.v[i][n] = ends[i].v;
+            self.w[i][n] = ends[i].w;
+            self.sides[i][n] = sides[i];
+        }
+        self.n += 1;
+    }
+
+    fn get(&self, n: usize) -> ([End; 2], [Facing; 2]) {
+        let end = |i: usize| End {
+            rank: self.ranks[i][n],
+            u: self.u[i][n],
+            v: self.v[i][n],
+            w: self.w[i][n],
+        };
+        ([end(0), end(1)], [self.sides[0][n], self.sides[1][n]])
+    }
+}
+
+/// Counts each edge at every row that it crosses, `unit` for each layer. This is what faster
+/// ways have to agree with.
+#[inline(always)]
+pub(super) fn count(batch: &Batch<'_>, edges: &Edges, unit: i8, steps: &mut Steps) {
+    let n_u = steps.layout.n_u as f32;
+    for n in 0..edges.n {
+        let (ends, sides) = edges.get(n);
+        let [from, to] = [ends[0].rank, ends[1].rank];
+        let line = Line::new(ends[0], ends[1], batch.levels);
+        for (block, slopes) in batch.slopes.iter().enumerate() {
+            let lanes = Lanes::new(sides, from < to, batch.frame, block);
+            if lanes.steps == 0 {
                 continue;
             }
-            for level in self.levels.between(from.min(to), from.max(to)) {
-                let Some(row) = counters.tile.row(level.j, level.k) else {
-                    continue;
-                };
+            for level in batch.levels.between(from.min(to), from.max(to)) {
                 let [u, height] = line.at(&level);
                 let columns = columns(u, height, slopes, n_u);
-                let lanes = deltas.first..deltas.last;
-                counters.step(row, block, side(height), lanes, &columns, &deltas.lanes);
+                let at = (level.row, block as u32);
+                steps.add(at, side(height), &columns, lanes, unit);
             }
         }
     }

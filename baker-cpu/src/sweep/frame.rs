@@ -39,6 +39,13 @@ impl Frame {
         (self.size as usize).div_ceil(LANES)
     }
 
+    /// The lanes of a block that are directions.
+    #[inline(always)]
+    pub(super) fn lanes(&self, block: usize) -> u16 {
+        let n = (self.size as usize - block * LANES).min(LANES);
+        u16::MAX >> (LANES - n)
+    }
+
     /// Cells along u per cell along w of the directions of a block. Lanes beyond the face's
     /// side go on in the same manner; nobody counts them.
     pub(super) fn slopes(&self, block: usize) -> [f32; LANES] {

@@ -55,58 +55,69 @@
 //!
 //! A [`Sweeper`] owns the buffers and is kept between bakes. Moments are sums of integers
 //! ([`FaceSums`]), so that neither threads nor tiles nor instructions change a bit of them.
-//! Counters are bytes; one that is too small for its layers is noticed, and its tile is
-//! counted again in 32 bits.
+//! Crossings come in the order of edges, all over the grid: their [steps] are kept by groups of
+//! rows, and each group is counted and summed while it is in a core's first cache. Counters are
+//! bytes; one that is too small for its layers is noticed, and its group is counted again in 32
+//! bits. [Instructions](instructions) says what is done for wide registers.
 
 mod counters;
 mod crossings;
 mod frame;
 mod instructions;
 mod levels;
+mod pass;
 mod piercings;
 mod silhouettes;
+mod steps;
 mod summation;
 
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use aogrid_bake_core::fixed_texels;
-use aogrid_bake_core::{FaceBits, FaceSums, FixedTexel, Observer, PreparedMesh, Progress, RawGrid};
+use aogrid_bake_core::{FaceBits, Observer, PreparedMesh, RawGrid};
 use aogrid_grid_format::{FACE_SIZES, Method};
 use rayon::prelude::*;
 
 use crate::BakeError;
-use counters::{Counter, Counters, Layout, Tile};
-use crossings::{Batch, End};
+use counters::Tile;
 use frame::{Frame, LANES};
 use instructions::Instructions;
-use levels::{Levels, Ranked};
+use pass::{Job, Pass, Workspace};
 use piercings::Piercings;
-use silhouettes::{Facing, Lists};
-use summation::{Mask, Shares};
-
-/// Edges that a thread searches for silhouettes at a time.
-const EDGES_AT_ONCE: usize = 1 << 15;
+use silhouettes::{Facings, Lists};
 
 /// Bakes faces by the direction sweep, again and again with the same buffers.
 pub struct Sweeper {
     instructions: Instructions,
-    facings: Vec<[Facing; LANES]>,
+    vertices: Vertices,
+    facings: Vec<Facings>,
     lists: Vec<Lists>,
-    positions: Vec<[f32; 3]>,
     workspaces: Mutex<Vec<Workspace>>,
 }
 
-/// What a thread needs for itself.
+/// Positions in cells, twice: by vertex for edges, which jump from vertex to vertex, and by axis
+/// for ranks, which take one after the other.
 #[derive(Default)]
-struct Workspace {
-    ranks: Vec<Ranked>,
-    counters: Vec<i8>,
-    wide_counters: Vec<i32>,
-    dirty: Vec<bool>,
-    masks: Vec<Mask>,
-    /// Of the cells of a tile, row by row.
-    sums: Vec<FaceSums>,
+struct Vertices {
+    positions: Vec<[f32; 3]>,
+    by_axis: [Vec<f32>; 3],
+}
+
+impl Vertices {
+    fn fill(&mut self, mesh: &PreparedMesh) {
+        let in_cells = |p: &[i32; 3]| p.map(|v| mesh.lattice().in_cells(v));
+        mesh.vertices()
+            .par_iter()
+            .with_min_len(4096)
+            .map(in_cells)
+            .collect_into_vec(&mut self.positions);
+        for (axis, coordinates) in self.by_axis.iter_mut().enumerate() {
+            self.positions
+                .par_iter()
+                .with_min_len(4096)
+                .map(|p| p[axis])
+                .collect_into_vec(coordinates);
+        }
+    }
 }
 
 impl Default for Sweeper {
@@ -124,9 +135,9 @@ impl Sweeper {
     fn with(instructions: Instructions) -> Self {
         Self {
             instructions,
+            vertices: Vertices::default(),
             facings: Vec::new(),
             lists: Vec::new(),
-            positions: Vec::new(),
             workspaces: Mutex::default(),
         }
     }
@@ -172,45 +183,14 @@ impl Sweeper {
         if !FACE_SIZES.contains(&size) {
             return Err(aogrid_bake_core::OptionsError::FaceSize(size).into());
         }
-        let in_cells = |p: &[i32; 3]| p.map(|v| mesh.lattice().in_cells(v));
-        mesh.vertices()
-            .par_iter()
-            .with_min_len(4096)
-            .map(in_cells)
-            .collect_into_vec(&mut self.positions);
-        let mut sums = Vec::new();
-        sums.resize(mesh.spec().cell_count(), FaceSums::default());
-        let work = Work {
-            texels: fixed_texels(size),
-            size,
-            bits,
-            sums: Mutex::new(sums),
-            done: AtomicUsize::new(0),
-            cancelled: AtomicBool::new(false),
-            observer,
-        };
-        for w in 0..3 {
-            let frame = Frame::new(mesh, w, size);
-            let piercings = Piercings::new(mesh, &frame);
-            let tiles = Tile::all(&frame, mesh.vertices().len());
-            for first_row in (0..size).step_by(LANES) {
-                let n_rows = (size - first_row).min(LANES as u32);
-                silhouettes::facings(mesh, &frame, first_row, &mut self.facings);
-                self.find_silhouettes(mesh, n_rows as usize);
-                let pass = Pass {
-                    sweeper: self,
-                    mesh,
-                    frame: &frame,
-                    piercings: &piercings,
-                    tiles: &tiles,
-                    first_row,
-                    n_rows: n_rows as usize,
-                    work: &work,
-                };
-                pass.run()?;
-            }
+        self.vertices.fill(mesh);
+        let job = Job::new(mesh, size, bits, observer);
+        let frames = [0, 1, 2].map(|w| Frame::new(mesh, w, size));
+        let piercings = Piercings::all(mesh, &frames);
+        for (frame, piercings) in frames.iter().zip(&piercings) {
+            self.sweep_axis(&job, frame, piercings)?;
         }
-        let sums = work.sums.into_inner().expect("no thread has panicked");
+        let sums = job.into_sums();
         let directions = Method::Faces { size }.directions();
         Ok(RawGrid {
             spec: *mesh.spec(),
@@ -220,293 +200,36 @@ impl Sweeper {
         })
     }
 
-    fn find_silhouettes(&mut self, mesh: &PreparedMesh, n_rows: usize) {
-        let n_chunks = mesh.edges().len().div_ceil(EDGES_AT_ONCE);
-        self.lists.resize_with(n_chunks, Lists::default);
-        let facings = &self.facings;
-        self.lists
-            .par_iter_mut()
-            .zip(mesh.edges().par_chunks(EDGES_AT_ONCE))
-            .enumerate()
-            .for_each(|(chunk, (lists, edges))| {
-                lists.iter_mut().for_each(Vec::clear);
-                let first = (chunk * EDGES_AT_ONCE) as u32;
-                silhouettes::find(edges, first, facings, n_rows, lists);
-            });
-    }
-}
-
-/// What all passes of a bake share.
-struct Work<'a> {
-    texels: Vec<FixedTexel>,
-    size: u32,
-    bits: Option<&'a Mutex<FaceBits>>,
-    sums: Mutex<Vec<FaceSums>>,
-    done: AtomicUsize,
-    cancelled: AtomicBool,
-    observer: Observer<'a>,
-}
-
-/// The batches of one axis and up to [`LANES`] rows of its faces.
-struct Pass<'a> {
-    sweeper: &'a Sweeper,
-    mesh: &'a PreparedMesh,
-    frame: &'a Frame,
-    piercings: &'a Piercings,
-    tiles: &'a [Tile],
-    first_row: u32,
-    n_rows: usize,
-    work: &'a Work<'a>,
-}
-
-/// A batch, in one tile.
-struct BatchWork<'a> {
-    pass: &'a Pass<'a>,
-    tile: &'a Tile,
-    row: usize,
-    workspace: &'a mut Workspace,
-}
-
-impl instructions::Work for BatchWork<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.pass.run_batch(self.tile, self.row, self.workspace);
-    }
-}
-
-impl Pass<'_> {
-    fn run(&self) -> Result<(), BakeError> {
-        let next = AtomicUsize::new(0);
-        (0..rayon::current_num_threads())
-            .into_par_iter()
-            .with_max_len(1)
-            .for_each(|_| self.run_jobs(&next));
-        match self.work.cancelled.load(Ordering::Relaxed) {
-            true => Err(BakeError::Cancelled),
-            false => Ok(()),
-        }
-    }
-
-    /// Takes batches until there are none: tile by tile, so that a thread rarely has to leave
-    /// its tile, which is when it hands over its sums.
-    fn run_jobs(&self, next: &AtomicUsize) {
-        let mut workspace = self.workspaces().pop().unwrap_or_default();
-        let mut current = None;
-        loop {
-            let job = next.fetch_add(1, Ordering::Relaxed);
-            let (tile_idx, row) = (job / self.n_rows, job % self.n_rows);
-            let tile = self.tiles.get(tile_idx);
-            if let Some(left) = current.filter(|_| current != tile) {
-                self.hand_over(left, &mut workspace.sums);
-            }
-            current = tile;
-            let Some(tile) = tile else {
-                break;
+    /// The two faces of an axis.
+    fn sweep_axis(
+        &mut self,
+        job: &Job<'_>,
+        frame: &Frame,
+        piercings: &Piercings,
+    ) -> Result<(), BakeError> {
+        let (mesh, instructions) = (job.mesh, self.instructions);
+        let tiles = Tile::all(frame);
+        for first_row in (0..job.size).step_by(LANES) {
+            let n_rows = (job.size - first_row).min(LANES as u32) as usize;
+            silhouettes::facings(mesh, frame, first_row, instructions, &mut self.facings);
+            let facings = &self.facings;
+            silhouettes::find(mesh.edges(), facings, n_rows, instructions, &mut self.lists);
+            let pass = Pass {
+                job,
+                instructions,
+                vertices: &self.vertices,
+                facings,
+                lists: &self.lists,
+                workspaces: &self.workspaces,
+                frame,
+                piercings,
+                tiles: &tiles,
+                first_row,
+                n_rows,
             };
-            if !self.work.cancelled.load(Ordering::Relaxed) {
-                self.sweeper.instructions.run(BatchWork {
-                    pass: self,
-                    tile,
-                    row,
-                    workspace: &mut workspace,
-                });
-                self.observe();
-            }
+            pass.run()?;
         }
-        self.workspaces().push(workspace);
-    }
-
-    fn workspaces(&self) -> std::sync::MutexGuard<'_, Vec<Workspace>> {
-        let workspaces = self.sweeper.workspaces.lock();
-        workspaces.expect("no thread has panicked")
-    }
-
-    fn observe(&self) {
-        let total = self.mesh.spec().cell_count();
-        let jobs = 3 * self.work.size as usize * self.tiles.len();
-        let done = self.work.done.fetch_add(1, Ordering::Relaxed) + 1;
-        // Axes may differ in their number of tiles.
-        let done = (total * done / jobs).min(total);
-        if (self.work.observer)(Progress { done, total }).is_break() {
-            self.work.cancelled.store(true, Ordering::Relaxed);
-        }
-    }
-
-    #[inline(always)]
-    fn run_batch(&self, tile: &Tile, row: usize, workspace: &mut Workspace) {
-        let layout = Layout::new(self.frame);
-        let Workspace {
-            ranks,
-            counters,
-            wide_counters,
-            dirty,
-            masks,
-            sums,
-        } = workspace;
-        let levels = Levels::new(self.frame, tile, self.first_row + row as u32);
-        let Frame { v, w, .. } = *self.frame;
-        ranks.resize(self.sweeper.positions.len(), Ranked::default());
-        for (ranked, position) in ranks.iter_mut().zip(&self.sweeper.positions) {
-            *ranked = levels.rank(position[v], position[w]);
-        }
-        counters.resize((tile.rows() * layout.row).max(counters.len()), 0);
-        dirty.resize(tile.rows().max(dirty.len()), false);
-        sums.resize(
-            (tile.rows() * layout.n_u).max(sums.len()),
-            FaceSums::default(),
-        );
-        masks.resize(layout.n_u, 0);
-        let mut narrow = Counters {
-            layout,
-            tile,
-            values: counters,
-            dirty,
-            wrapped: false,
-        };
-        self.count(row, &levels, ranks, &mut narrow);
-        if !narrow.wrapped {
-            return self.sum(row, &mut narrow, masks, sums);
-        }
-        narrow.values.fill(0);
-        let dirty = narrow.dirty;
-        wide_counters.resize((tile.rows() * layout.row).max(wide_counters.len()), 0);
-        let mut wide = Counters {
-            layout,
-            tile,
-            values: wide_counters,
-            dirty,
-            wrapped: false,
-        };
-        self.count(row, &levels, ranks, &mut wide);
-        self.sum(row, &mut wide, masks, sums);
-    }
-
-    /// All steps of a batch.
-    #[inline(always)]
-    fn count<C: Counter>(
-        &self,
-        row: usize,
-        levels: &Levels,
-        ranks: &[Ranked],
-        counters: &mut Counters<'_, C>,
-    ) {
-        let slopes: Vec<_> = (0..self.frame.blocks())
-            .map(|block| self.frame.slopes(block))
-            .collect();
-        let batch = Batch {
-            frame: self.frame,
-            levels,
-            slopes: &slopes,
-        };
-        let end = |vertex: u32| self.end(vertex, ranks);
-        for lists in &self.sweeper.lists {
-            for silhouette in &lists[row] {
-                let [a, b] = self.mesh.edges()[silhouette.edge as usize].vertices;
-                if ranks[a as usize].rank != ranks[b as usize].rank {
-                    let ends = [self.end(a, ranks), self.end(b, ranks)];
-                    batch.count(ends, &silhouette.sides, counters);
-                }
-            }
-        }
-        for edge in self.mesh.lone_edges() {
-            let [a, b] = edge.vertices;
-            if ranks[a as usize].rank != ranks[b as usize].rank {
-                let ends = [self.end(a, ranks), self.end(b, ranks)];
-                let side = self.sweeper.facings[edge.side.triangle()][row].along(edge.side);
-                batch.count(ends, &[side], counters);
-            }
-        }
-        let facing = |triangle: u32| self.sweeper.facings[triangle as usize][row];
-        let corners = |triangle: u32| {
-            self.mesh.triangles()[triangle as usize].map(|vertex| (vertex, end(vertex)))
-        };
-        self.piercings.count(&batch, facing, corners, counters);
-    }
-
-    #[inline(always)]
-    fn end(&self, vertex: u32, ranks: &[Ranked]) -> End {
-        let position = &self.sweeper.positions[vertex as usize];
-        End {
-            ranked: ranks[vertex as usize],
-            u: position[self.frame.u],
-            w: position[self.frame.w],
-        }
-    }
-
-    /// Adds a batch's texels to the sums of the tile, and leaves the counters zero.
-    #[inline(always)]
-    fn sum<C: Counter>(
-        &self,
-        row: usize,
-        counters: &mut Counters<'_, C>,
-        masks: &mut [Mask],
-        sums: &mut [FaceSums],
-    ) {
-        let layout = counters.layout;
-        let b = self.first_row + row as u32;
-        let shares: Vec<_> = (0..self.frame.blocks())
-            .map(|block| Shares::new(&self.work.texels, self.frame, b, block))
-            .collect();
-        for idx in 0..counters.tile.rows() {
-            if !std::mem::take(&mut counters.dirty[idx]) {
-                continue;
-            }
-            let values = &mut counters.values[idx * layout.row..][..layout.row];
-            let sums = &mut sums[idx * layout.n_u..][..layout.n_u];
-            for (block, shares) in shares.iter().enumerate() {
-                let steps = &values[block * layout.block..][..layout.block];
-                summation::masks(steps, masks);
-                shares.add(masks, sums);
-                if let Some(bits) = self.work.bits {
-                    self.set_bits(counters.tile, idx, b, block, masks, bits);
-                }
-            }
-            values.fill(C::default());
-        }
-    }
-
-    fn set_bits(
-        &self,
-        tile: &Tile,
-        row: usize,
-        b: u32,
-        block: usize,
-        masks: &[Mask],
-        bits: &Mutex<FaceBits>,
-    ) {
-        let mut bits = bits.lock().expect("no thread has panicked");
-        for (i, &mask) in masks.iter().enumerate() {
-            let cell = self.cell_idx(tile, row, i);
-            for bit in (0..Mask::BITS as usize).filter(|bit| mask >> bit & 1 != 0) {
-                if let Some(texel) = summation::texel_of(self.frame, b, block, bit) {
-                    bits.set(cell, texel);
-                }
-            }
-        }
-    }
-
-    fn cell_idx(&self, tile: &Tile, row: usize, i: usize) -> usize {
-        let mut cell = [0; 3];
-        cell[self.frame.u] = i as u32;
-        cell[self.frame.v] = tile.j.start + (row % tile.j.len()) as u32;
-        cell[self.frame.w] = tile.k.start + (row / tile.j.len()) as u32;
-        self.mesh.spec().cell_idx(cell)
-    }
-
-    /// Adds the sums of a tile to the grid's, and leaves them zero.
-    fn hand_over(&self, tile: &Tile, sums: &mut [FaceSums]) {
-        let n_u = self.frame.n[0] as usize;
-        let mut all = self.work.sums.lock().expect("no thread has panicked");
-        for row in 0..tile.rows() {
-            for (i, sums) in sums[row * n_u..][..n_u].iter_mut().enumerate() {
-                let share = std::mem::take(sums);
-                if share.count > 0 {
-                    summation::join(&mut all[self.cell_idx(tile, row, i)], &share);
-                }
-            }
-        }
+        Ok(())
     }
 }
 

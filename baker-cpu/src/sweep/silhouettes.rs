@@ -4,7 +4,9 @@ use aogrid_bake_core::PreparedMesh;
 use aogrid_bake_core::prepared::{Edge, HalfEdge};
 use rayon::prelude::*;
 
+use super::counters::COLUMN;
 use super::frame::{Frame, LANES};
+use super::instructions::{Instructions, Vectors, Work};
 
 /// How a triangle faces the directions of a face's row: n·d is linear in the texel's number z
 /// and changes its sign once. Bits 0–6: the first z of the second part (never the side's
@@ -13,6 +15,7 @@ use super::frame::{Frame, LANES};
 ///
 /// It is found once for each triangle and row, so that all edges of a triangle agree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(transparent)]
 pub(super) struct Facing(u8);
 
 const TOWARDS_FIRST: u8 = 1 << 7;
@@ -25,17 +28,20 @@ impl Facing {
     }
 
     /// +1 where n·d > 0, else −1.
-    #[inline(always)]
-    pub(super) fn sign(self, z: u8) -> i8 {
+    #[cfg(test)]
+    fn sign(self, z: u8) -> i8 {
         let first_towards = (self.0 & TOWARDS_FIRST) >> 7;
         let towards = u8::from(z >= self.turn()) ^ first_towards;
         (2 * towards).cast_signed() - 1
     }
 
-    /// The triangle wound the other way.
+    /// The lanes of a block where n·d > 0.
     #[inline(always)]
-    pub(super) fn reversed(self) -> Self {
-        Self(self.0 ^ TOWARDS_FIRST)
+    pub(super) fn towards(self, block: usize) -> u16 {
+        let turn = u32::from(self.turn()).saturating_sub((block * LANES) as u32);
+        let second = (0xffff_u32 << turn.min(LANES as u32)) as u16;
+        let first_towards = self.0 & TOWARDS_FIRST != 0;
+        if first_towards { !second } else { second }
     }
 
     /// The sign times that of the half-edge's direction: what it adds to an edge's sum.
@@ -45,21 +51,51 @@ impl Facing {
     }
 }
 
+/// Facings of a row of texels for each of [`LANES`] rows of a face.
+pub(super) type Facings = [Facing; LANES];
+
 /// Facings of every triangle, for [`LANES`] rows of a face from `first_row` on.
 pub(super) fn facings(
     mesh: &PreparedMesh,
     frame: &Frame,
     first_row: u32,
-    out: &mut Vec<[Facing; LANES]>,
+    instructions: Instructions,
+    out: &mut Vec<Facings>,
 ) {
     let row_slopes: [f32; LANES] =
         std::array::from_fn(|row| frame.row_slope(first_row + row as u32));
-    out.clear();
-    mesh.triangles()
-        .par_iter()
-        .with_min_len(1024)
-        .map(|&triangle| facing(mesh.normal(triangle), frame, &row_slopes))
-        .collect_into_vec(out);
+    out.resize(mesh.triangles().len(), Facings::default());
+    out.par_chunks_mut(AT_ONCE)
+        .zip(mesh.triangles().par_chunks(AT_ONCE))
+        .for_each(|(out, triangles)| {
+            instructions.run(FacingsOf {
+                mesh,
+                frame,
+                row_slopes: &row_slopes,
+                triangles,
+                out,
+            });
+        });
+}
+
+/// Triangles, or edges, that a thread looks at in one piece.
+const AT_ONCE: usize = 1 << 13;
+
+struct FacingsOf<'a> {
+    mesh: &'a PreparedMesh,
+    frame: &'a Frame,
+    row_slopes: &'a [f32; LANES],
+    triangles: &'a [[u32; 3]],
+    out: &'a mut [Facings],
+}
+
+impl Work for FacingsOf<'_> {
+    #[inline(always)]
+    fn run<V: Vectors>(self, _: V) {
+        for (facings, &triangle) in self.out.iter_mut().zip(self.triangles) {
+            *facings = facing(self.mesh.normal(triangle), self.frame, self.row_slopes);
+        }
+    }
 }
 
 /// The least share of a normal along u that its facings depend on u: below it the threshold is
@@ -68,8 +104,10 @@ const LEAST: f64 = 1e-12;
 
 /// n·d = n_u·a + n_v·b + n_w > 0, with a = shear·(2z + 1 − size)/size, is z > T for n_u > 0 and
 /// z < T for n_u < 0, where T = (size − 1)/2 − (n_v·b + n_w) · size/(2·shear·n_u).
-fn facing(normal: [i64; 3], frame: &Frame, row_slopes: &[f32; LANES]) -> [Facing; LANES] {
-    let [n_u, n_v, n_w] = [frame.u, frame.v, frame.w].map(|axis| normal[axis] as f64);
+#[inline(always)]
+fn facing(normal: [i64; 3], frame: &Frame, row_slopes: &[f32; LANES]) -> Facings {
+    let along = |axis: usize| normal[axis] as f64;
+    let [n_u, n_v, n_w] = [along(frame.u), along(frame.v), along(frame.w)];
     let size = f64::from(frame.size);
     let least = LEAST * (n_v.abs() + n_w.abs());
     let steep = size / (2.0 * frame.shear[0] * n_u.abs().max(least).max(f64::MIN_POSITIVE));
@@ -78,58 +116,104 @@ fn facing(normal: [i64; 3], frame: &Frame, row_slopes: &[f32; LANES]) -> [Facing
     let per_slope = (-steep * n_v) as f32;
     let first = u8::from(n_u < 0.0);
     let last = frame.size as f32 - 1.0;
-    let size = frame.size as u8;
-    row_slopes.map(|slope| {
+    let mut facings = Facings::default();
+    for (facing, slope) in facings.iter_mut().zip(row_slopes) {
         let threshold = constant + per_slope * slope;
         // The number of z ≤ T, 0..=size.
-        let low = threshold.clamp(-1.0, last) + 1.0;
-        let turn = low as u8;
-        match turn == size {
-            true => Facing((first ^ 1) << 7),
-            false => Facing(turn | first << 7),
-        }
-    })
+        let turn = whole_part(threshold.max(-1.0).min(last) + 1.0);
+        let all = turn == frame.size;
+        let turn = if all { 0 } else { turn };
+        *facing = Facing(turn as u8 | (first ^ u8::from(all)) << 7);
+    }
+    facings
 }
 
-/// An edge that is a silhouette for some texel of a face's row.
+/// 2²³: adding it to a float in 0..2²² leaves the nearest whole number in the lowest bits.
+const WHOLE: f32 = (1 << 23) as f32;
+
+/// Of a small number that is not negative. A cast would look for those that do not fit.
+#[inline(always)]
+fn whole_part(x: f32) -> u32 {
+    let nearest = x + WHOLE;
+    let above = nearest - WHOLE > x;
+    (nearest.to_bits() - WHOLE.to_bits()) - u32::from(above)
+}
+
+/// An edge that is a silhouette for some texel of a face's row. All that a batch wants to know
+/// of it is here, and not looked up again among all edges and triangles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Silhouette {
-    /// The edge's number.
-    pub edge: u32,
-    /// Its triangles' facings along it: here, and not looked up again among all triangles.
+    pub vertices: [u32; 2],
+    /// The facings of its triangles along it.
     pub sides: [Facing; 2],
 }
 
 /// The silhouettes of each row of a face.
 pub(super) type Lists = [Vec<Silhouette>; LANES];
 
-/// Finds silhouettes for the first `n_rows` rows among `edges`, whose first has the number
-/// `first`.
+/// Finds silhouettes for the first `n_rows` rows: a list for each piece of the edges.
 pub(super) fn find(
     edges: &[Edge],
-    first: u32,
-    facings: &[[Facing; LANES]],
+    facings: &[Facings],
     n_rows: usize,
-    lists: &mut Lists,
+    instructions: Instructions,
+    lists: &mut Vec<Lists>,
 ) {
-    let rows = u128::MAX >> (8 * (LANES - n_rows));
-    for (edge_idx, edge) in (first..).zip(edges) {
-        let [one, other] = edge.sides.map(|side| {
-            let bytes = facings[side.triangle()].map(|f| f.along(side).0);
-            u128::from_le_bytes(bytes)
-        });
-        // Two half-edges add nothing where one is the other, reversed.
-        let mut odd = (one ^ other ^ u128::from_le_bytes([TOWARDS_FIRST; LANES])) & rows;
-        while odd != 0 {
-            let row = odd.trailing_zeros() / 8;
-            let facing = |all: u128| Facing((all >> (8 * row)) as u8);
-            lists[row as usize].push(Silhouette {
-                edge: edge_idx,
-                sides: [facing(one), facing(other)],
+    lists.resize_with(edges.len().div_ceil(AT_ONCE), Lists::default);
+    lists
+        .par_iter_mut()
+        .zip(edges.par_chunks(AT_ONCE))
+        .for_each(|(lists, edges)| {
+            lists.iter_mut().for_each(Vec::clear);
+            instructions.run(Find {
+                edges,
+                facings,
+                n_rows,
+                lists,
             });
-            odd &= !(0xff << (8 * row));
+        });
+}
+
+struct Find<'a> {
+    edges: &'a [Edge],
+    facings: &'a [Facings],
+    n_rows: usize,
+    lists: &'a mut Lists,
+}
+
+impl Work for Find<'_> {
+    #[inline(always)]
+    fn run<V: Vectors>(self, vectors: V) {
+        let rows = u16::MAX >> (LANES - self.n_rows);
+        for edge in self.edges {
+            let [one, other] = edge.sides;
+            let sides = [
+                &self.facings[one.triangle()],
+                &self.facings[other.triangle()],
+            ];
+            let mut odd = rows & silhouette_rows(vectors, sides, edge.sides);
+            while odd != 0 {
+                let row = odd.trailing_zeros() as usize & (LANES - 1);
+                odd &= odd - 1;
+                self.lists[row].push(Silhouette {
+                    vertices: edge.vertices,
+                    sides: [sides[0][row].along(one), sides[1][row].along(other)],
+                });
+            }
         }
     }
+}
+
+/// The rows where two half-edges are not one the other, reversed: there they add nothing.
+#[inline(always)]
+fn silhouette_rows<V: Vectors>(vectors: V, sides: [&Facings; 2], half_edges: [HalfEdge; 2]) -> u16 {
+    let same_direction = half_edges[0].is_reversed() == half_edges[1].is_reversed();
+    let reversed = if same_direction { TOWARDS_FIRST } else { 0 };
+    let mut differ = [0_i8; COLUMN];
+    for row in 0..LANES {
+        differ[row] = (sides[0][row].0 ^ sides[1][row].0 ^ reversed).cast_signed();
+    }
+    vectors.nonzero(&differ) as u16
 }
 
 #[cfg(test)]

@@ -1,0 +1,99 @@
+//! The same code for wider registers.
+//!
+//! Most of the sweep has one source for all machines: loops over sixteen directions, which a
+//! compiler turns into one instruction each if it may assume that the machine has it. Such a
+//! piece of [`Work`] is compiled once for each set of instructions, and the best that the
+//! machine has is chosen at run time. What a compiler does not find by itself are the methods of
+//! [`Vectors`]: written once for all machines, as the truth, and again where that is worth it.
+//!
+//! No operation is left to a compiler's taste (Rust neither fuses nor reorders floats), so that
+//! all sets give the same bits; tests compare them.
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+
+use super::counters::COLUMN;
+use super::crossings::{self, Batch, Edges};
+use super::levels::Levels;
+use super::steps::Steps;
+use super::summation::{self, Mask};
+#[cfg(target_arch = "x86_64")]
+use {avx2::Avx2, avx512::Avx512};
+
+/// What differs between sets of instructions. A value is the proof that the machine has them.
+pub(super) trait Vectors: Copy {
+    /// See [`summation::nonzero`].
+    #[inline(always)]
+    fn nonzero(self, bytes: &[i8; COLUMN]) -> u32 {
+        summation::nonzero(bytes)
+    }
+
+    /// See [`summation::narrow_masks`].
+    #[inline(always)]
+    fn narrow_masks(self, counters: &[i8], masks: &mut [Mask]) -> bool {
+        summation::narrow_masks(counters, masks)
+    }
+
+    /// [`Levels::rank`] of many vertices.
+    #[inline(always)]
+    fn ranks(self, levels: &Levels, v: &[f32], w: &[f32], ranks: &mut [i32]) {
+        for (rank, (&v, &w)) in ranks.iter_mut().zip(v.iter().zip(w)) {
+            *rank = levels.rank(v, w);
+        }
+    }
+
+    /// See [`crossings::count`].
+    #[inline(always)]
+    fn count(self, batch: &Batch<'_>, edges: &Edges, unit: i8, steps: &mut Steps) {
+        crossings::count(batch, edges, unit, steps);
+    }
+}
+
+/// What every machine has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Portable;
+
+impl Vectors for Portable {}
+
+/// A set of instructions that this machine has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Instructions {
+    Portable(Portable),
+    #[cfg(target_arch = "x86_64")]
+    Avx2(Avx2),
+    #[cfg(target_arch = "x86_64")]
+    Avx512(Avx512),
+}
+
+/// What is compiled for each set. Implementations and all that they call in their inner loops
+/// are marked `inline(always)`: what is not inlined is not compiled again.
+pub(super) trait Work {
+    fn run<V: Vectors>(self, vectors: V);
+}
+
+impl Instructions {
+    /// All that this machine has, the best first; the portable ones are always there.
+    pub(super) fn available() -> Vec<Self> {
+        let mut sets = Vec::new();
+        #[cfg(target_arch = "x86_64")]
+        {
+            sets.extend(Avx512::new().map(Self::Avx512));
+            sets.extend(Avx2::new().map(Self::Avx2));
+        }
+        sets.push(Self::Portable(Portable));
+        sets
+    }
+
+    /// Runs `work`, compiled for this set.
+    pub(super) fn run<W: Work>(self, work: W) {
+        match self {
+            Self::Portable(portable) => work.run(portable),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(avx2) => avx2.run(work),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(avx512) => avx512.run(work),
+        }
+    }
+}
