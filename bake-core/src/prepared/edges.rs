@@ -5,7 +5,8 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 /// A triangle's side, as seen from the edge it lies on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(transparent)]
 pub struct HalfEdge(u32);
 
 /// Where [`HalfEdge`] keeps the direction. It leaves 31 bits for the triangle.
@@ -25,7 +26,10 @@ impl HalfEdge {
 
 /// Two half-edges between the same two vertices. Where more than two meet they are paired, in
 /// opposite directions as far as possible: whoever sums over half-edges does not care.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+///
+/// Its layout is that of C: two indices, and two half-edges of four bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C)]
 pub struct Edge {
     /// The lower index first.
     pub vertices: [u32; 2],
@@ -35,7 +39,7 @@ pub struct Edge {
 }
 
 /// A half-edge without a partner: of a boundary, or the odd one where an odd number meet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LoneEdge {
     /// The lower index first.
     pub vertices: [u32; 2],
@@ -62,12 +66,25 @@ pub(super) fn edges(triangles: &[[u32; 3]], n_vertices: usize) -> Edges {
         .into_par_iter()
         .map(|part| edges_from(triangles, bound(part)..bound(part + 1)))
         .collect();
-    let mut parts = parts.into_iter();
-    let mut all = parts.next().unwrap_or_default();
-    for part in parts {
-        all.pairs.extend(part.pairs);
-        all.lone.extend(part.lone);
+    Edges {
+        pairs: joined(parts.iter().map(|part| &part.pairs[..]).collect()),
+        lone: joined(parts.iter().map(|part| &part.lone[..]).collect()),
     }
+}
+
+/// One after the other, copied by all threads.
+fn joined<T: Copy + Default + Send + Sync>(parts: Vec<&[T]>) -> Vec<T> {
+    let mut all = vec![T::default(); parts.iter().map(|part| part.len()).sum()];
+    let mut rest = &mut all[..];
+    let mut places = Vec::new();
+    for part in parts {
+        let (place, after) = rest.split_at_mut(part.len());
+        places.push((place, part));
+        rest = after;
+    }
+    places
+        .into_par_iter()
+        .for_each(|(place, part)| place.copy_from_slice(part));
     all
 }
 

@@ -1,9 +1,11 @@
 //! Crossings: where edges pass through the plane of a row, and the cells from which on that
 //! matters.
 
+use aogrid_bake_core::prepared::Edge;
+
 use super::frame::{Frame, LANES};
 use super::levels::{Levels, RowLevel};
-use super::silhouettes::Facing;
+use super::silhouettes::{Facing, Sides};
 use super::steps::{Lanes, Steps};
 
 /// An end of an edge as one batch sees it.
@@ -93,9 +95,25 @@ pub(super) fn columns(u: f32, height: f32, slopes: &[f32; LANES], n_u: f32) -> [
 #[derive(Clone, Copy)]
 pub(super) struct Batch<'a> {
     pub frame: &'a Frame,
+    /// Of the vertices, in cells.
+    pub positions: &'a [[f32; 3]],
     pub levels: &'a Levels,
     /// Of each block.
     pub slopes: &'a [[f32; LANES]],
+}
+
+impl Batch<'_> {
+    #[inline(always)]
+    pub(super) fn end(&self, vertex: u32, rank: i32) -> End {
+        let position = &self.positions[vertex as usize];
+        let Frame { u, v, w, .. } = *self.frame;
+        End {
+            rank,
+            u: position[u],
+            v: position[v],
+            w: position[w],
+        }
+    }
 }
 
 /// Edges that a thread collects before it counts them.
@@ -104,24 +122,21 @@ const COLLECTED: usize = 256;
 /// Edges that cross levels, in arrays.
 #[repr(C, align(64))]
 pub(super) struct Edges {
-    pub n: usize,
-    /// Of the lower vertex, and of the higher.
+    /// The lower vertices, and the higher.
+    pub vertices: [[u32; COLLECTED]; 2],
+    /// Of the vertices.
     pub ranks: [[i32; COLLECTED]; 2],
-    pub u: [[f32; COLLECTED]; 2],
-    pub v: [[f32; COLLECTED]; 2],
-    pub w: [[f32; COLLECTED]; 2],
-    pub sides: [[Facing; COLLECTED]; 2],
+    pub sides: [Sides; COLLECTED],
+    pub n: usize,
 }
 
 impl Default for Edges {
     fn default() -> Self {
         Self {
-            n: 0,
+            vertices: [[0; COLLECTED]; 2],
             ranks: [[0; COLLECTED]; 2],
-            u: [[0.0; COLLECTED]; 2],
-            v: [[0.0; COLLECTED]; 2],
-            w: [[0.0; COLLECTED]; 2],
-            sides: [[Facing::default(); COLLECTED]; 2],
+            sides: [Sides::default(); COLLECTED],
+            n: 0,
         }
     }
 }
@@ -132,30 +147,43 @@ impl Edges {
         self.n + n <= COLLECTED
     }
 
-    /// Adds an edge. There is room.
+    /// Adds an edge, if it crosses a level. There is room. That is hard to foretell, and
+    /// therefore done without a branch.
     #[inline(always)]
-    pub(super) fn push(&mut self, ends: [End; 2], sides: [Facing; 2]) {
+    pub(super) fn push(&mut self, vertices: [u32; 2], ranks: &[i32], sides: Sides) {
         let n = self.n & (COLLECTED - 1);
-        for i in 0..2 {
-            self.ranks[i][n] = ends[i].rank;
-            self.u[i][n] = ends[i].u;
-            self.v[i][n] = ends[i].v;
-            self.w[i][n] = ends[i].w;
-            self.sides[i][n] = sides[i];
-        }
-        self.n += 1;
-    }
-
-    fn get(&self, n: usize) -> ([End; 2], [Facing; 2]) {
-        let end = |i: usize| End {
-            rank: self.ranks[i][n],
-            u: self.u[i][n],
-            v: self.v[i][n],
-            w: self.w[i][n],
-        };
-        ([end(0), end(1)], [self.sides[0][n], self.sides[1][n]])
+        let [a, b] = vertices;
+        let [from, to] = [ranks[a as usize], ranks[b as usize]];
+        self.vertices[0][n] = a;
+        self.vertices[1][n] = b;
+        self.ranks[0][n] = from;
+        self.ranks[1][n] = to;
+        self.sides[n] = sides;
+        self.n += usize::from(from != to);
     }
 }
+
+/// Collects those of some silhouettes of two triangles that cross a level. There is room.
+#[inline(always)]
+pub(super) fn collect(row: &Row<'_>, edges: &mut Edges) {
+    for (&idx, &sides) in row.edges.iter().zip(row.sides) {
+        edges.push(row.of[idx as usize].vertices, row.ranks, sides);
+    }
+}
+
+/// Up to [`AT_ONCE`] silhouettes of a face's row.
+pub(super) struct Row<'a> {
+    /// Numbers among all edges.
+    pub edges: &'a [u32],
+    pub sides: &'a [Sides],
+    /// All edges.
+    pub of: &'a [Edge],
+    /// Of all vertices.
+    pub ranks: &'a [i32],
+}
+
+/// Edges that are collected at once.
+pub(super) const AT_ONCE: usize = 64;
 
 /// Counts each edge at every row that it crosses, `unit` for each layer. This is what faster
 /// ways have to agree with.
@@ -163,8 +191,12 @@ impl Edges {
 pub(super) fn count(batch: &Batch<'_>, edges: &Edges, unit: i8, steps: &mut Steps) {
     let n_u = steps.layout.n_u as f32;
     for n in 0..edges.n {
-        let (ends, sides) = edges.get(n);
-        let [from, to] = [ends[0].rank, ends[1].rank];
+        let [from, to] = [edges.ranks[0][n], edges.ranks[1][n]];
+        let ends = [
+            batch.end(edges.vertices[0][n], from),
+            batch.end(edges.vertices[1][n], to),
+        ];
+        let sides = edges.sides[n].facings();
         let line = Line::new(ends[0], ends[1], batch.levels);
         for (block, slopes) in batch.slopes.iter().enumerate() {
             let lanes = Lanes::new(sides, from < to, batch.frame, block);

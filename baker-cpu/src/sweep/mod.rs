@@ -207,7 +207,7 @@ impl Sweeper {
         frame: &Frame,
         piercings: &Piercings,
     ) -> Result<(), BakeError> {
-        let (mesh, instructions) = (job.mesh, self.instructions);
+        let (mesh, instructions) = (job.mesh, self.instructions.fitting(job.mesh));
         let tiles = Tile::all(frame);
         for first_row in (0..job.size).step_by(LANES) {
             let n_rows = (job.size - first_row).min(LANES as u32) as usize;

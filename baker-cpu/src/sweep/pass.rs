@@ -10,12 +10,12 @@ use rayon::prelude::*;
 
 use super::Vertices;
 use super::counters::{Layout, MOST_PLACES, Tile};
-use super::crossings::{Batch, Edges, End};
+use super::crossings::{AT_ONCE, Batch, Edges, Row};
 use super::frame::Frame;
 use super::instructions::{Instructions, Vectors, Work};
 use super::levels::Levels;
 use super::piercings::Piercings;
-use super::silhouettes::{Facing, Facings, Lists};
+use super::silhouettes::{Facing, Facings, List, Lists, Sides};
 use super::steps::{Bytes, Steps, Taken};
 use super::summation::{self, Mask, Shares, Sums};
 use crate::BakeError;
@@ -180,9 +180,6 @@ impl Pass<'_> {
     }
 }
 
-/// Edges that are looked at together.
-const AT_ONCE: usize = 64;
-
 /// A batch, in one tile.
 struct BatchWork<'a> {
     pass: &'a Pass<'a>,
@@ -203,6 +200,7 @@ impl Work for BatchWork<'_> {
             .collect();
         let batch = Batch {
             frame: pass.frame,
+            positions: &pass.vertices.positions,
             levels: &levels,
             slopes: &slopes,
         };
@@ -230,9 +228,22 @@ impl BatchWork<'_> {
     #[inline(always)]
     fn count_pairs<V: Vectors>(&mut self, vectors: V, batch: &Batch<'_>) {
         for lists in self.pass.lists {
-            for some in lists[self.row].chunks(AT_ONCE) {
-                let silhouette = |idx: usize| (some[idx].vertices, some[idx].sides);
-                self.collect(vectors, batch, 2, some.len(), silhouette);
+            let List { edges, sides } = &lists[self.row];
+            for (edges, sides) in edges.chunks(AT_ONCE).zip(sides.chunks(AT_ONCE)) {
+                self.make_room(vectors, batch, 2);
+                let of = self.pass.job.mesh.edges();
+                let Workspace {
+                    edges: collected,
+                    ranks,
+                    ..
+                } = &mut *self.workspace;
+                let row = Row {
+                    edges,
+                    sides,
+                    of,
+                    ranks,
+                };
+                vectors.collect(&row, collected);
             }
         }
         self.count_collected(vectors, batch, 2);
@@ -243,41 +254,20 @@ impl BatchWork<'_> {
     fn count_lone<V: Vectors>(&mut self, vectors: V, batch: &Batch<'_>) {
         let (facings, row) = (self.pass.facings, self.row);
         for some in self.pass.job.mesh.lone_edges().chunks(AT_ONCE) {
-            let edge = |idx: usize| {
-                let side = facings[some[idx].side.triangle()][row].along(some[idx].side);
-                (some[idx].vertices, [side; 2])
-            };
-            self.collect(vectors, batch, 1, some.len(), edge);
+            self.make_room(vectors, batch, 1);
+            let Workspace { edges, ranks, .. } = &mut *self.workspace;
+            for edge in some {
+                let side = facings[edge.side.triangle()][row].along(edge.side);
+                edges.push(edge.vertices, ranks, Sides::new(side, side));
+            }
         }
         self.count_collected(vectors, batch, 1);
     }
 
-    /// Collects those of up to [`AT_ONCE`] edges that cross a level, which is hard to foretell:
-    /// first which they are, without a branch, and then what is needed of them.
     #[inline(always)]
-    fn collect<V: Vectors>(
-        &mut self,
-        vectors: V,
-        batch: &Batch<'_>,
-        unit: i8,
-        n: usize,
-        edge: impl Fn(usize) -> ([u32; 2], [Facing; 2]),
-    ) {
+    fn make_room<V: Vectors>(&mut self, vectors: V, batch: &Batch<'_>, unit: i8) {
         if !self.workspace.edges.has_room(AT_ONCE) {
             self.count_collected(vectors, batch, unit);
-        }
-        let Workspace { ranks, edges, .. } = &mut *self.workspace;
-        let mut crossing = [0_u8; AT_ONCE];
-        let mut n_crossing = 0;
-        for idx in 0..n {
-            let ([a, b], _) = edge(idx);
-            crossing[n_crossing & (AT_ONCE - 1)] = idx as u8;
-            n_crossing += usize::from(ranks[a as usize] != ranks[b as usize]);
-        }
-        for idx in &crossing[..n_crossing] {
-            let ([a, b], sides) = edge(usize::from(*idx));
-            let end = |vertex: u32| self.pass.end(vertex, ranks[vertex as usize]);
-            edges.push([end(a), end(b)], sides);
         }
     }
 
@@ -294,7 +284,7 @@ impl BatchWork<'_> {
         let facing = |triangle: u32| -> Facing { pass.facings[triangle as usize][self.row] };
         let corners = |triangle: u32| {
             let vertices = pass.job.mesh.triangles()[triangle as usize];
-            vertices.map(|vertex| (vertex, pass.end(vertex, ranks[vertex as usize])))
+            vertices.map(|vertex| (vertex, batch.end(vertex, ranks[vertex as usize])))
         };
         pass.piercings
             .count(batch, self.tile, facing, corners, steps);
@@ -359,18 +349,6 @@ impl BatchWork<'_> {
 }
 
 impl Pass<'_> {
-    #[inline(always)]
-    fn end(&self, vertex: u32, rank: i32) -> End {
-        let position = &self.vertices.positions[vertex as usize];
-        let Frame { u, v, w, .. } = *self.frame;
-        End {
-            rank,
-            u: position[u],
-            v: position[v],
-            w: position[w],
-        }
-    }
-
     fn set_bits(
         &self,
         tile: &Tile,

@@ -4,7 +4,6 @@ use aogrid_bake_core::PreparedMesh;
 use aogrid_bake_core::prepared::{Edge, HalfEdge};
 use rayon::prelude::*;
 
-use super::counters::COLUMN;
 use super::frame::{Frame, LANES};
 use super::instructions::{Instructions, Vectors, Work};
 
@@ -139,19 +138,37 @@ fn whole_part(x: f32) -> u32 {
     (nearest.to_bits() - WHOLE.to_bits()) - u32::from(above)
 }
 
-/// An edge that is a silhouette for some texel of a face's row. All that a batch wants to know
-/// of it is here, and not looked up again among all edges and triangles.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Silhouette {
-    pub vertices: [u32; 2],
-    /// The facings of its triangles along it.
-    pub sides: [Facing; 2],
+/// The edges that are silhouettes for some texel of a face's row.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(super) struct List {
+    /// Their numbers, ascending.
+    pub edges: Vec<u32>,
+    /// The facings of each one's triangles along it: here, and not looked up again among all
+    /// triangles.
+    pub sides: Vec<Sides>,
+}
+
+/// The facings of an edge's two triangles along it, in bits 0–7 and 8–15.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(transparent)]
+pub(super) struct Sides(u32);
+
+impl Sides {
+    #[inline(always)]
+    pub(super) fn new(one: Facing, other: Facing) -> Self {
+        Self(u32::from(one.0) | u32::from(other.0) << 8)
+    }
+
+    #[inline(always)]
+    pub(super) fn facings(self) -> [Facing; 2] {
+        [Facing(self.0 as u8), Facing((self.0 >> 8) as u8)]
+    }
 }
 
 /// The silhouettes of each row of a face.
-pub(super) type Lists = [Vec<Silhouette>; LANES];
+pub(super) type Lists = [List; LANES];
 
-/// Finds silhouettes for the first `n_rows` rows: a list for each piece of the edges.
+/// Finds silhouettes for the first `n_rows` rows: lists for each piece of the edges.
 pub(super) fn find(
     edges: &[Edge],
     facings: &[Facings],
@@ -163,10 +180,15 @@ pub(super) fn find(
     lists
         .par_iter_mut()
         .zip(edges.par_chunks(AT_ONCE))
-        .for_each(|(lists, edges)| {
-            lists.iter_mut().for_each(Vec::clear);
+        .enumerate()
+        .for_each(|(piece, (lists, edges))| {
+            for list in lists.iter_mut() {
+                list.edges.clear();
+                list.sides.clear();
+            }
             instructions.run(Find {
                 edges,
+                first: (piece * AT_ONCE) as u32,
                 facings,
                 n_rows,
                 lists,
@@ -174,31 +196,47 @@ pub(super) fn find(
         });
 }
 
-struct Find<'a> {
-    edges: &'a [Edge],
-    facings: &'a [Facings],
-    n_rows: usize,
-    lists: &'a mut Lists,
+/// Some edges, of which the silhouettes of some rows are sought.
+pub(super) struct Find<'a> {
+    pub edges: &'a [Edge],
+    /// The number of the first.
+    pub first: u32,
+    pub facings: &'a [Facings],
+    pub n_rows: usize,
+    pub lists: &'a mut Lists,
 }
 
 impl Work for Find<'_> {
     #[inline(always)]
     fn run<V: Vectors>(self, vectors: V) {
+        vectors.find(self);
+    }
+}
+
+impl<'a> Find<'a> {
+    /// The facings of an edge's triangles, and whether they run along it backwards.
+    #[inline(always)]
+    pub(super) fn sides(&self, edge: &Edge) -> [(&'a Facings, bool); 2] {
+        let [one, other] = edge.sides;
+        let facings = self.facings;
+        let side = |side: HalfEdge| (&facings[side.triangle()], side.is_reversed());
+        [side(one), side(other)]
+    }
+
+    /// One edge after the other. This is what faster ways have to agree with.
+    #[inline(always)]
+    pub(super) fn run_portable(self) {
         let rows = u16::MAX >> (LANES - self.n_rows);
-        for edge in self.edges {
-            let [one, other] = edge.sides;
-            let sides = [
-                &self.facings[one.triangle()],
-                &self.facings[other.triangle()],
-            ];
-            let mut odd = rows & silhouette_rows(vectors, sides, edge.sides);
+        for (idx, edge) in (self.first..).zip(self.edges) {
+            let sides = self.sides(edge);
+            let mut odd = rows & silhouette_rows(sides);
             while odd != 0 {
                 let row = odd.trailing_zeros() as usize & (LANES - 1);
                 odd &= odd - 1;
-                self.lists[row].push(Silhouette {
-                    vertices: edge.vertices,
-                    sides: [sides[0][row].along(one), sides[1][row].along(other)],
-                });
+                let [one, other] = edge.sides;
+                let [one, other] = [sides[0].0[row].along(one), sides[1].0[row].along(other)];
+                self.lists[row].edges.push(idx);
+                self.lists[row].sides.push(Sides::new(one, other));
             }
         }
     }
@@ -206,14 +244,14 @@ impl Work for Find<'_> {
 
 /// The rows where two half-edges are not one the other, reversed: there they add nothing.
 #[inline(always)]
-fn silhouette_rows<V: Vectors>(vectors: V, sides: [&Facings; 2], half_edges: [HalfEdge; 2]) -> u16 {
-    let same_direction = half_edges[0].is_reversed() == half_edges[1].is_reversed();
-    let reversed = if same_direction { TOWARDS_FIRST } else { 0 };
-    let mut differ = [0_i8; COLUMN];
+fn silhouette_rows([one, other]: [(&Facings, bool); 2]) -> u16 {
+    let reversed = if one.1 == other.1 { TOWARDS_FIRST } else { 0 };
+    let mut rows = 0;
     for row in 0..LANES {
-        differ[row] = (sides[0][row].0 ^ sides[1][row].0 ^ reversed).cast_signed();
+        let differ = one.0[row].0 ^ other.0[row].0 != reversed;
+        rows |= u16::from(differ) << row;
     }
-    vectors.nonzero(&differ) as u16
+    rows
 }
 
 #[cfg(test)]

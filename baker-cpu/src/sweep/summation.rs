@@ -137,16 +137,12 @@ pub(super) fn narrow_masks(counters: &[i8], masks: &mut [Mask]) -> bool {
             lowest[lane] = lowest[lane].min(layers[lane]);
             highest[lane] = highest[lane].max(layers[lane]);
         }
-        *mask = nonzero(&layers);
+        *mask = 0;
+        for (lane, layers) in (0_u32..).zip(&layers) {
+            *mask |= u32::from(*layers != 0) << lane;
+        }
     }
     lowest.contains(&i8::MIN) || highest.contains(&i8::MAX)
-}
-
-/// Which bytes are not zero.
-#[inline(always)]
-pub(super) fn nonzero(bytes: &[i8; COLUMN]) -> u32 {
-    let bit = |(lane, byte): (u32, &i8)| u32::from(*byte != 0) << lane;
-    (0..).zip(bytes).map(bit).fold(0, |bits, bit| bits | bit)
 }
 
 #[cfg(test)]

@@ -7,7 +7,8 @@
 
 use std::arch::x86_64::*;
 
-use super::{COLUMN, Mask, Vectors, Work};
+use super::{Mask, Vectors, Work};
+use crate::sweep::counters::COLUMN;
 
 /// The proof that the machine has AVX2, and what came before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,12 +34,6 @@ impl Avx2 {
 }
 
 impl Vectors for Avx2 {
-    #[inline(always)]
-    fn nonzero(self, bytes: &[i8; COLUMN]) -> u32 {
-        // SAFETY: the machine has the instructions, or there were no `self`.
-        unsafe { nonzero(load(bytes)) }
-    }
-
     #[inline(always)]
     fn narrow_masks(self, counters: &[i8], masks: &mut [Mask]) -> bool {
         // SAFETY: the machine has the instructions, or there were no `self`.

@@ -8,10 +8,11 @@
 use std::arch::x86_64::*;
 
 use super::avx2::Avx2;
-use super::{Batch, COLUMN, Edges, Levels, Mask, Steps, Vectors, Work};
+use super::{Batch, Edges, Find, Levels, Mask, Row, Steps, Vectors, Work};
+use crate::sweep::counters::COLUMN;
 use crate::sweep::frame::LANES;
 use crate::sweep::levels::{FRACTION_BITS, FRACTIONS};
-use crate::sweep::silhouettes::Facing;
+use crate::sweep::silhouettes::{Facings, List, Sides as EdgeSides};
 use crate::sweep::steps::{Step, delta_bits};
 
 /// The proof that the machine has what this module uses of AVX-512.
@@ -33,8 +34,9 @@ impl Avx512 {
 
 impl Vectors for Avx512 {
     #[inline(always)]
-    fn nonzero(self, bytes: &[i8; COLUMN]) -> u32 {
-        self.0.nonzero(bytes)
+    fn find(self, find: Find<'_>) {
+        // SAFETY: the machine has the instructions, or there were no `self`.
+        unsafe { self::find(find) }
     }
 
     #[inline(always)]
@@ -46,6 +48,12 @@ impl Vectors for Avx512 {
     fn ranks(self, levels: &Levels, v: &[f32], w: &[f32], ranks: &mut [i32]) {
         // SAFETY: the machine has the instructions, or there were no `self`.
         unsafe { fill_ranks(levels, v, w, ranks) }
+    }
+
+    #[inline(always)]
+    fn collect(self, row: &Row<'_>, edges: &mut Edges) {
+        // SAFETY: the machine has the instructions, or there were no `self`.
+        unsafe { collect(row, edges) }
     }
 
     #[inline(always)]
@@ -86,6 +94,27 @@ fn ints(from: &[i32; LANES]) -> __m512i {
 
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
+fn unsigned(from: &[u32; LANES]) -> __m512i {
+    // SAFETY: as `floats`.
+    unsafe { _mm512_loadu_si512(from.as_ptr().cast()) }
+}
+
+/// The chosen ones of sixteen numbers.
+#[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
+#[inline]
+fn append<T: Number>(chosen: __mmask16, from: __m512i, to: &mut Vec<T>) {
+    to.reserve(LANES);
+    let n = chosen.count_ones() as usize;
+    // SAFETY: there is room for sixteen numbers of four bytes, of which the first n are chosen.
+    unsafe {
+        let from = _mm512_maskz_compress_epi32(chosen, from);
+        _mm512_storeu_si512(to.as_mut_ptr().add(to.len()).cast(), from);
+        to.set_len(to.len() + n);
+    }
+}
+
+#[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
+#[inline]
 fn store<T: Number>(from: __m512i, to: &mut [T; LANES]) {
     // SAFETY: sixteen numbers of four bytes are 64 bytes; they need not be aligned.
     unsafe { _mm512_storeu_si512(to.as_mut_ptr().cast(), from) }
@@ -117,6 +146,7 @@ trait Number {}
 impl Number for u32 {}
 impl Number for i32 {}
 impl Number for f32 {}
+impl Number for EdgeSides {}
 
 /// What a step of each lane has besides the place of its column.
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
@@ -208,6 +238,54 @@ fn rank(levels: &Levels, fractions: Table, q: __m512) -> __m512i {
     _mm512_add_epi32(whole, below)
 }
 
+/// [`crossings::collect`](crate::sweep::crossings::collect), sixteen edges at a time.
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
+#[inline]
+fn collect(row: &Row<'_>, edges: &mut Edges) {
+    let (chunks, rest) = row.edges.as_chunks::<LANES>();
+    let (sides, rest_sides) = row.sides.as_chunks::<LANES>();
+    for (idx, sides) in chunks.iter().zip(sides) {
+        // In numbers of eight bytes: an edge has two, of which the first are its vertices.
+        let of = _mm512_slli_epi32::<1>(unsigned(idx));
+        let all = row.of.as_ptr();
+        // SAFETY: the numbers are those of edges; edges are 16 bytes, with their vertices first,
+        // and so few that twice their number fits (`MOST_EDGES`).
+        let vertices = unsafe {
+            [
+                _mm512_i32gather_epi32::<8>(of, all.cast()),
+                _mm512_i32gather_epi32::<8>(of, all.cast::<u32>().add(1).cast()),
+            ]
+        };
+        // SAFETY: edges are of vertices that have ranks.
+        let ranks = unsafe {
+            [
+                _mm512_i32gather_epi32::<4>(vertices[0], row.ranks.as_ptr().cast()),
+                _mm512_i32gather_epi32::<4>(vertices[1], row.ranks.as_ptr().cast()),
+            ]
+        };
+        let crossing = _mm512_cmpneq_epi32_mask(ranks[0], ranks[1]);
+        let n = edges.n;
+        for end in 0..2 {
+            put(crossing, vertices[end], &mut edges.vertices[end], n);
+            put(crossing, ranks[end], &mut edges.ranks[end], n);
+        }
+        put(crossing, load_sides(sides), &mut edges.sides, n);
+        edges.n += crossing.count_ones() as usize;
+    }
+    for (&idx, &sides) in rest.iter().zip(rest_sides) {
+        edges.push(row.of[idx as usize].vertices, row.ranks, sides);
+    }
+}
+
+/// Puts the chosen ones of sixteen numbers at a place where there is room for all.
+#[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
+#[inline]
+fn put<T: Number, const N: usize>(chosen: __mmask16, from: __m512i, to: &mut [T; N], at: usize) {
+    let room = to[at..].first_chunk_mut::<LANES>();
+    let room = room.expect("there is room for sixteen");
+    store(_mm512_maskz_compress_epi32(chosen, from), room);
+}
+
 /// [`Batch::levels`] and the layout of its counters.
 struct Tables {
     fractions: Table,
@@ -227,7 +305,7 @@ fn count(batch: &Batch<'_>, edges: &Edges, unit: i8, steps: &mut Steps) {
     };
     for first in (0..edges.n).step_by(LANES) {
         let alive = u16::MAX >> (LANES - (edges.n - first).min(LANES));
-        let lines = Lines::new(batch.levels, edges, first, alive);
+        let lines = Lines::new(batch, edges, first, alive);
         for (block, slopes) in batch.slopes.iter().enumerate() {
             let sides = lines.sides(batch, edges, first, block);
             let at = Crossings {
@@ -251,14 +329,27 @@ struct End {
 }
 
 impl End {
+    /// [`Batch::end`] of sixteen edges.
     #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
     #[inline]
-    fn new(edges: &Edges, end: usize, first: usize) -> Self {
+    fn new(batch: &Batch<'_>, edges: &Edges, end: usize, first: usize, alive: __mmask16) -> Self {
+        let vertices = unsigned(sixteen(&edges.vertices[end], first));
+        let positions = batch.positions.as_flattened();
+        let first_of = _mm512_add_epi32(vertices, _mm512_slli_epi32::<1>(vertices));
+        let coordinate = |axis: usize| {
+            let coordinates = positions[axis..].as_ptr();
+            // SAFETY: edges are of vertices that have positions, three floats each; and they
+            // are so few that three times their number fits (`MOST_VERTICES`).
+            unsafe {
+                let zero = _mm512_setzero_ps();
+                _mm512_mask_i32gather_ps::<4>(zero, alive, first_of, coordinates.cast())
+            }
+        };
         Self {
             rank: ints(sixteen(&edges.ranks[end], first)),
-            u: floats(sixteen(&edges.u[end], first)),
-            v: floats(sixteen(&edges.v[end], first)),
-            w: floats(sixteen(&edges.w[end], first)),
+            u: coordinate(batch.frame.u),
+            v: coordinate(batch.frame.v),
+            w: coordinate(batch.frame.w),
         }
     }
 }
@@ -291,8 +382,10 @@ fn sixteen<T, const N: usize>(of: &[T; N], first: usize) -> &[T; LANES] {
 impl Lines {
     #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
     #[inline]
-    fn new(levels: &Levels, edges: &Edges, first: usize, alive: __mmask16) -> Self {
-        let (from, to) = (End::new(edges, 0, first), End::new(edges, 1, first));
+    fn new(batch: &Batch<'_>, edges: &Edges, first: usize, alive: __mmask16) -> Self {
+        let levels = batch.levels;
+        let from = End::new(batch, edges, 0, first, alive);
+        let to = End::new(batch, edges, 1, first, alive);
         let q_from = q(levels, from.v, from.w);
         let between = _mm512_sub_ps(q(levels, to.v, to.w), q_from);
         let inverse = _mm512_div_ps(_mm512_set1_ps(1.0), between);
@@ -318,8 +411,9 @@ impl Lines {
     #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
     #[inline]
     fn sides(&self, batch: &Batch<'_>, edges: &Edges, first: usize, block: usize) -> Sides {
-        let one = towards(facings(sixteen(&edges.sides[0], first)), block);
-        let other = towards(facings(sixteen(&edges.sides[1], first)), block);
+        let sides = load_sides(sixteen(&edges.sides, first));
+        let one = towards(sides, block);
+        let other = towards(_mm512_srli_epi32::<8>(sides), block);
         let lanes = _mm512_set1_epi32(i32::from(batch.frame.lanes(block)));
         let steps = _mm512_andnot_si512(_mm512_xor_si512(one, other), lanes);
         let all = _mm512_set1_epi32(-1);
@@ -332,12 +426,11 @@ impl Lines {
     }
 }
 
-/// The bits of sixteen facings.
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
-fn facings(from: &[Facing; LANES]) -> __m512i {
-    // SAFETY: a facing is a byte, of which every value is one; sixteen need not be aligned.
-    _mm512_cvtepu8_epi32(unsafe { _mm_loadu_si128(from.as_ptr().cast()) })
+fn load_sides(from: &[EdgeSides; LANES]) -> __m512i {
+    // SAFETY: as `floats`.
+    unsafe { _mm512_loadu_si512(from.as_ptr().cast()) }
 }
 
 /// `Facing::towards` of sixteen facings.
@@ -477,5 +570,88 @@ impl Crossings<'_> {
             steps.room(group),
         );
         steps.keep(group, in_grid.count_ones());
+    }
+}
+
+/// [`Find::run_portable`]: silhouettes are gathered until there are sixteen, and then shared
+/// out to the lists of all rows.
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
+#[inline]
+fn find(find: Find<'_>) {
+    let rows = u16::MAX >> (LANES - find.n_rows);
+    let mut some = Silhouettes::default();
+    for (idx, edge) in (find.first..).zip(find.edges) {
+        let [one, other] = find.sides(edge);
+        let [one, other] = [along(one.0, one.1), along(other.0, other.1)];
+        let differ = _mm_xor_si128(one, other);
+        // The one along the edge and the other against it: they cancel where they are equal.
+        let odd = rows & !_mm_cmpeq_epi8_mask(differ, _mm_set1_epi8(i8::MIN));
+        some.put(idx, odd, one, other);
+        if some.n == LANES {
+            some.share_out(find.n_rows, find.lists);
+        }
+    }
+    some.share_out(find.n_rows, find.lists);
+}
+
+/// `Facing::along` of sixteen facings.
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
+#[inline]
+fn along(facings: &Facings, reversed: bool) -> __m128i {
+    // SAFETY: a facing is a byte, of which every value is one; sixteen need not be aligned.
+    let facings = unsafe { _mm_loadu_si128(facings.as_ptr().cast()) };
+    let sign = if reversed { i8::MIN } else { 0 };
+    _mm_xor_si128(facings, _mm_set1_epi8(sign))
+}
+
+/// Up to sixteen edges that are silhouettes in some row.
+#[derive(Default)]
+#[repr(align(64))]
+struct Silhouettes {
+    edges: [u32; LANES],
+    rows: [u32; LANES],
+    /// The facings of the two triangles in each row: a number of 16 bits for each.
+    sides: [[u32; LANES / 2]; LANES],
+    n: usize,
+}
+
+impl Silhouettes {
+    /// Adds an edge, unless there is no row in which it is a silhouette.
+    #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
+    #[inline]
+    fn put(&mut self, edge: u32, rows: u16, one: __m128i, other: __m128i) {
+        let n = self.n & (LANES - 1);
+        self.edges[n] = edge;
+        self.rows[n] = u32::from(rows);
+        let halves = [_mm_unpacklo_epi8(one, other), _mm_unpackhi_epi8(one, other)];
+        for (half, sides) in halves.iter().zip(self.sides[n].as_chunks_mut::<4>().0) {
+            // SAFETY: four numbers are 16 bytes; they need not be aligned.
+            unsafe { _mm_storeu_si128(sides.as_mut_ptr().cast(), *half) }
+        }
+        self.n += usize::from(rows != 0);
+    }
+
+    /// Adds each edge to the lists of its rows.
+    #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
+    #[inline]
+    fn share_out(&mut self, n_rows: usize, lists: &mut [List; LANES]) {
+        let alive = ((1_u32 << self.n) - 1) as u16;
+        let edges = unsigned(&self.edges);
+        let rows = unsigned(&self.rows);
+        for (pair, lists) in lists[..n_rows].chunks_mut(2).enumerate() {
+            let sides: [u32; LANES] = std::array::from_fn(|edge| self.sides[edge][pair]);
+            let sides = unsigned(&sides);
+            let of_row = [
+                _mm512_and_si512(sides, _mm512_set1_epi32(0xffff)),
+                _mm512_srli_epi32::<16>(sides),
+            ];
+            for ((row, list), sides) in (2 * pair..).zip(lists).zip(of_row) {
+                let bit = _mm512_set1_epi32(1 << row);
+                let chosen = _mm512_mask_test_epi32_mask(alive, rows, bit);
+                append(chosen, edges, &mut list.edges);
+                append(chosen, sides, &mut list.sides);
+            }
+        }
+        self.n = 0;
     }
 }

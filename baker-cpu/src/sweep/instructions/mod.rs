@@ -14,9 +14,11 @@ mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 
-use super::counters::COLUMN;
-use super::crossings::{self, Batch, Edges};
+use aogrid_bake_core::PreparedMesh;
+
+use super::crossings::{self, Batch, Edges, Row};
 use super::levels::Levels;
+use super::silhouettes::Find;
 use super::steps::Steps;
 use super::summation::{self, Mask};
 #[cfg(target_arch = "x86_64")]
@@ -24,10 +26,10 @@ use {avx2::Avx2, avx512::Avx512};
 
 /// What differs between sets of instructions. A value is the proof that the machine has them.
 pub(super) trait Vectors: Copy {
-    /// See [`summation::nonzero`].
+    /// See [`Find::run_portable`].
     #[inline(always)]
-    fn nonzero(self, bytes: &[i8; COLUMN]) -> u32 {
-        summation::nonzero(bytes)
+    fn find(self, find: Find<'_>) {
+        find.run_portable();
     }
 
     /// See [`summation::narrow_masks`].
@@ -42,6 +44,12 @@ pub(super) trait Vectors: Copy {
         for (rank, (&v, &w)) in ranks.iter_mut().zip(v.iter().zip(w)) {
             *rank = levels.rank(v, w);
         }
+    }
+
+    /// See [`crossings::collect`].
+    #[inline(always)]
+    fn collect(self, row: &Row<'_>, edges: &mut Edges) {
+        crossings::collect(row, edges);
     }
 
     /// See [`crossings::count`].
@@ -67,6 +75,10 @@ pub(super) enum Instructions {
     Avx512(Avx512),
 }
 
+/// Twice an edge's number, and three times a vertex's, have to fit 31 bits.
+const MOST_EDGES: usize = 1 << 30;
+const MOST_VERTICES: usize = (1 << 31) / 3;
+
 /// What is compiled for each set. Implementations and all that they call in their inner loops
 /// are marked `inline(always)`: what is not inlined is not compiled again.
 pub(super) trait Work {
@@ -84,6 +96,12 @@ impl Instructions {
         }
         sets.push(Self::Portable(Portable));
         sets
+    }
+
+    /// These, unless the mesh is so large that its indices do not fit their registers.
+    pub(super) fn fitting(self, mesh: &PreparedMesh) -> Self {
+        let fits = mesh.edges().len() <= MOST_EDGES && mesh.vertices().len() <= MOST_VERTICES;
+        if fits { self } else { Self::Portable(Portable) }
     }
 
     /// Runs `work`, compiled for this set.
