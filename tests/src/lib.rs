@@ -3,11 +3,13 @@
 
 mod analytic;
 mod data;
+mod graze;
 mod lookup;
 mod parity;
 
 pub use analytic::{convex_fraction, mesh_of, sphere_fraction};
 pub use data::{files_with_ending, shared, skip};
+pub use graze::graze;
 pub use lookup::{cells_around, cone_at};
 pub use parity::{Parity, compare, prepared};
 

@@ -6,12 +6,18 @@ use aogrid_bake_core::{
 };
 use aogrid_baker_cpu::{SnappedRays, Sweeper};
 
+use crate::graze;
+
 /// What came out of comparing.
 pub struct Parity {
     /// Texels in all.
     pub texels: usize,
     /// Cell and texel of each difference.
     pub differences: Vec<(usize, usize)>,
+    /// How closely the ray of each difference passes an edge, in cells.
+    pub grazes: Vec<f64>,
+    /// How far apart, in cells, single floats let the two ways see an edge.
+    pub float_distance: f64,
     /// Texels that are occluded in the rays' images.
     pub occluded: usize,
     /// The sweep's moments.
@@ -72,12 +78,29 @@ pub fn compare(mesh: &PreparedMesh, size: u32) -> Parity {
         .flat_map(|cell| (0..bits.texels()).map(move |texel| (cell, texel)))
         .filter(|&(cell, texel)| rays.get(cell, texel))
         .count();
+    let differences = bits.differences(&rays);
     assert!(occluded > 0 || mesh.triangles().is_empty());
     Parity {
         texels,
-        differences: bits.differences(&rays),
+        grazes: differences
+            .iter()
+            .map(|&difference| graze(mesh, size, difference))
+            .collect(),
+        differences,
+        float_distance: float_distance(mesh),
         occluded,
         raw,
         bits,
     }
+}
+
+/// Coordinates in single floats are off by 2⁻²⁴ of the largest, and so is every sum and product
+/// on the way from a vertex to a column: V − b·W twice, the crossing along the edge, its height,
+/// and the height times a slope; each as long as the mesh reaches, and steeper by as much as a
+/// cell is longer than wide.
+fn float_distance(mesh: &PreparedMesh) -> f64 {
+    let size = mesh.spec().cell_size();
+    let [smallest, largest] = [f64::min, f64::max].map(|f| f(f(size[0], size[1]), size[2]));
+    let roundings = 8.0;
+    roundings * mesh.lattice().reach() * (1.0 + largest / smallest) / f64::from(1 << 24)
 }

@@ -4,7 +4,7 @@ use aogrid_bake_core::{
 };
 use aogrid_baker_cpu::{SnappedRays, Sweeper};
 use aogrid_grid_format::GridSpec;
-use aogrid_tests::{Parity, compare, files_with_ending, mesh_of, prepared, shared};
+use aogrid_tests::{Parity, compare, files_with_ending, graze, mesh_of, prepared, shared};
 use proptest::prelude::*;
 
 /// How many texels may differ, in all: those whose ray passes an edge within the distance that
@@ -23,6 +23,10 @@ fn assert_alike(parity: &Parity, allowed: usize, what: &str) {
         parity.texels, parity.occluded
     );
     assert!(found <= allowed, "{what}: {found} differ");
+    for graze in &parity.grazes {
+        println!("  {graze:.1e} cells from an edge");
+        assert!(*graze <= parity.float_distance, "{what}: {graze} is far");
+    }
     assert!(parity.longest_run() <= LONGEST_RUN, "{what}: a streak");
 }
 
@@ -262,6 +266,8 @@ fn the_check_notices_what_is_not_alike() {
         let other = PreparedMesh::new(&other, spec, BakeOptions::SAMPLE_OFFSET).unwrap();
         let differences = bits.differences(&SnappedRays::new(&other).faces(8));
         assert!(differences.len() > 10, "{what}: {}", differences.len());
+        let far = differences.iter().filter(|&&d| graze(&mesh, 8, d) > 1e-3);
+        assert!(far.count() > 0, "{what}: all graze an edge");
     }
 }
 
