@@ -90,10 +90,12 @@ enum Ready<'a> {
 impl Baker {
     /// With the kernel that is chosen; none: the sweep wherever it can be used and is faster.
     pub fn new(choice: Option<Kernel>) -> Self {
-        Self {
-            choice,
-            sweeper: Sweeper::new(),
-        }
+        Self::with_sweeper(choice, Sweeper::new())
+    }
+
+    /// [`Baker::new`], with a sweeper that is there already.
+    pub fn with_sweeper(choice: Option<Kernel>, sweeper: Sweeper) -> Self {
+        Self { choice, sweeper }
     }
 
     /// Everything before the first direction, on all threads.

@@ -132,6 +132,19 @@ impl Sweeper {
         Self::with(Instructions::available()[0])
     }
 
+    /// The sets of instructions that this machine has and the sweep knows, the best first:
+    /// `avx512`, `avx2`, and always `portable`. All give the same bits.
+    pub fn instruction_sets() -> Vec<&'static str> {
+        let sets = Instructions::available().into_iter();
+        sets.map(Instructions::name).collect()
+    }
+
+    /// With one of [`Sweeper::instruction_sets`], to compare them; none if it is no such.
+    pub fn with_instructions(name: &str) -> Option<Self> {
+        let mut sets = Instructions::available().into_iter();
+        sets.find(|set| set.name() == name).map(Self::with)
+    }
+
     fn with(instructions: Instructions) -> Self {
         Self {
             instructions,

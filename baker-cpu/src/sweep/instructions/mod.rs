@@ -98,6 +98,17 @@ impl Instructions {
         sets
     }
 
+    /// The name on command lines and in reports.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Portable(_) => "portable",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(_) => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(_) => "avx512",
+        }
+    }
+
     /// These, unless the mesh is so large that its indices do not fit their registers.
     pub(super) fn fitting(self, mesh: &PreparedMesh) -> Self {
         let fits = mesh.edges().len() <= MOST_EDGES && mesh.vertices().len() <= MOST_VERTICES;
