@@ -32,6 +32,7 @@
 pub mod cube_face;
 mod face_bits;
 mod face_sums;
+mod kernel;
 mod observer;
 mod options;
 mod placement;
@@ -44,6 +45,7 @@ pub mod mesh;
 
 pub use face_bits::FaceBits;
 pub use face_sums::{FaceSums, FixedTexel, fixed_texels};
+pub use kernel::{Kernel, WhyRays};
 pub use mesh::TriangleMesh;
 pub use observer::{Observer, Progress, UNOBSERVED};
 pub use options::{BakeOptions, OptionsError};

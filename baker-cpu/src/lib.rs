@@ -42,8 +42,9 @@ mod snapped;
 mod sweep;
 mod triangle;
 
+pub use aogrid_bake_core::{Kernel, WhyRays};
 pub use bake::{BakeError, bake};
-pub use baker::{Baker, Kernel, Prepared, WhyRays};
+pub use baker::{Baker, Prepared};
 pub use occluder::Occluder;
 pub use snapped::SnappedRays;
 pub use sweep::Sweeper;

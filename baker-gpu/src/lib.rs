@@ -1,4 +1,17 @@
-//! Bakes ambient-occlusion grids with wgpu compute: six 16×16 cube faces per cell, reduced
-//! to moments on the GPU. It fills the same `RawGrid` from the same options as the CPU baker.
-//!
-//! Nothing here yet: the crate's place in the workspace is fixed, its contents are to come.
+//! Bakes ambient-occlusion grids with wgpu compute.
+mod context;
+mod error;
+mod kernel;
+#[cfg(test)]
+mod layout_test;
+mod pace;
+mod shaders;
+mod store;
+mod sweep;
+mod work;
+
+pub use context::{Choice, Context, ContextError, adapters};
+pub use error::BakeError;
+pub use shaders::{Shader, shaders};
+pub use sweep::{Sweeper, Uploaded};
+pub use wgpu;

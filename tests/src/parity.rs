@@ -5,6 +5,7 @@ use aogrid_bake_core::{
     BakeOptions, FaceBits, Placement, PreparedMesh, RawGrid, TriangleMesh, UNOBSERVED,
 };
 use aogrid_baker_cpu::{SnappedRays, Sweeper};
+use aogrid_baker_gpu as gpu;
 
 use crate::graze;
 
@@ -71,7 +72,21 @@ pub fn prepared(mesh: &TriangleMesh, resolution: [u32; 3]) -> PreparedMesh {
 /// If nothing is occluded at all: then nothing was compared.
 pub fn compare(mesh: &PreparedMesh, size: u32) -> Parity {
     let bake = Sweeper::new().bake_with_bits(mesh, size, UNOBSERVED);
-    let (raw, bits) = bake.expect("it can be baked");
+    against_rays(mesh, size, bake.expect("it can be baked"))
+}
+
+/// As [`compare`], with the GPU's sweep.
+///
+/// # Panics
+///
+/// As [`compare`].
+pub fn compare_gpu(sweeper: &mut gpu::Sweeper, mesh: &PreparedMesh, size: u32) -> Parity {
+    let uploaded = sweeper.upload(mesh).expect("it fits the GPU");
+    let bake = sweeper.bake_with_bits(&uploaded, size, UNOBSERVED);
+    against_rays(mesh, size, bake.expect("it can be baked"))
+}
+
+fn against_rays(mesh: &PreparedMesh, size: u32, (raw, bits): (RawGrid, FaceBits)) -> Parity {
     let rays = SnappedRays::new(mesh).faces(size);
     let texels = bits.cells() * bits.texels();
     let occluded = (0..bits.cells())

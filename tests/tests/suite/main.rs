@@ -6,6 +6,8 @@ mod analytic;
 mod assets;
 /// The same bytes for any number of threads, and for two runs.
 mod determinism;
+/// The GPU baker against rays and exact answers.
+mod gpu;
 /// Other programs' readers open our files.
 mod interchange;
 /// Which crate may use which.

@@ -1,0 +1,97 @@
+//! The shaders as a device compiles them: WGSL after its constants, which come from here.
+
+use std::fmt::Write;
+
+use crate::sweep;
+
+/// A shader module in full.
+#[derive(Clone, Debug)]
+pub struct Shader {
+    /// What it is called in labels and reports.
+    pub name: &'static str,
+    /// WGSL, constants included.
+    pub source: String,
+    /// Its compute entry points.
+    pub entry_points: Vec<&'static str>,
+}
+
+/// Invocations of a workgroup, everywhere: two waves of 32 or one of 64.
+pub(crate) const WORKGROUP: u32 = 64;
+
+/// Every shader of this crate, in every variant that a bake may use.
+pub fn shaders() -> Vec<Shader> {
+    sweep::shaders()
+}
+
+/// Constants for WGSL, by name.
+#[derive(Clone, Default)]
+pub(crate) struct Constants(String);
+
+impl Constants {
+    pub(crate) fn unsigned(mut self, name: &str, value: u32) -> Self {
+        let _ = writeln!(self.0, "const {name}: u32 = {value}u;");
+        self
+    }
+
+    pub(crate) fn float(mut self, name: &str, value: f32) -> Self {
+        let _ = writeln!(self.0, "const {name}: f32 = {value:e}f;");
+        self
+    }
+
+    pub(crate) fn boolean(mut self, name: &str, value: bool) -> Self {
+        let _ = writeln!(self.0, "const {name}: bool = {value};");
+        self
+    }
+
+    /// The constants, and then the parts of a shader.
+    pub(crate) fn before(&self, parts: &[&str]) -> String {
+        format!("{}\n{}", self.0, parts.join("\n"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_shader_is_valid_and_every_file_is_in_one() {
+        let all = shaders();
+        for shader in &all {
+            let module = naga::front::wgsl::parse_str(&shader.source).unwrap_or_else(|e| {
+                panic!("{}: {}", shader.name, e.emit_to_string(&shader.source))
+            });
+            let mut validator = naga::valid::Validator::new(
+                naga::valid::ValidationFlags::all(),
+                naga::valid::Capabilities::empty(),
+            );
+            if let Err(e) = validator.validate(&module) {
+                panic!("{}: {}", shader.name, e.emit_to_string(&shader.source));
+            }
+            let found: Vec<_> = module
+                .entry_points
+                .iter()
+                .map(|e| e.name.as_str())
+                .collect();
+            assert_eq!(found, shader.entry_points, "{}", shader.name);
+        }
+        let mut files = 0;
+        for folder in ["", "sweep"] {
+            let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+                .join("src")
+                .join(folder);
+            for entry in std::fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.extension().is_some_and(|e| e == "wgsl") {
+                    let text = std::fs::read_to_string(&path).unwrap();
+                    assert!(
+                        all.iter().any(|s| s.source.contains(&text)),
+                        "{}",
+                        path.display()
+                    );
+                    files += 1;
+                }
+            }
+        }
+        assert!(files >= 9, "{files}");
+    }
+}
