@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::sweep;
+use crate::{rays, sweep};
 
 /// A shader module in full.
 #[derive(Clone, Debug)]
@@ -20,7 +20,9 @@ pub(crate) const WORKGROUP: u32 = 64;
 
 /// Every shader of this crate, in every variant that a bake may use.
 pub fn shaders() -> Vec<Shader> {
-    sweep::shaders()
+    let mut all = sweep::shaders();
+    all.extend(rays::shaders());
+    all
 }
 
 /// Constants for WGSL, by name.
@@ -75,7 +77,7 @@ mod tests {
             assert_eq!(found, shader.entry_points, "{}", shader.name);
         }
         let mut files = 0;
-        for folder in ["", "sweep"] {
+        for folder in ["", "sweep", "rays"] {
             let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
                 .join("src")
                 .join(folder);
@@ -92,6 +94,6 @@ mod tests {
                 }
             }
         }
-        assert!(files >= 9, "{files}");
+        assert!(files >= 13, "{files}");
     }
 }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use aogrid_bake_core::{Observer, Progress};
 use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, ErrorFilter, ErrorScopeGuard};
 
-use crate::kernel::{CHUNK_STRIDE, Kernel};
+use crate::kernel::{CHUNK_STRIDE, Kernel as Pipeline};
 use crate::pace::Pace;
 use crate::{BakeError, Context};
 
@@ -79,7 +79,7 @@ impl<'a> Work<'a> {
         self.context
     }
 
-    pub(crate) fn bind(&self, kernel: &Kernel, buffers: &[&Buffer]) -> BindGroup {
+    pub(crate) fn bind(&self, kernel: &Pipeline, buffers: &[&Buffer]) -> BindGroup {
         kernel.bind(&self.context.device, &self.chunks, buffers)
     }
 
@@ -105,7 +105,7 @@ impl<'a> Work<'a> {
     /// Runs a kernel over workgroups, in as many submissions as that takes.
     pub(crate) fn dispatch(
         &mut self,
-        kernel: &Kernel,
+        kernel: &Pipeline,
         bindings: &BindGroup,
         extent: Extent,
     ) -> Result<(), BakeError> {
@@ -125,7 +125,7 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    fn encode(&mut self, kernel: &Kernel, bindings: &BindGroup, first: u32, n: [u32; 3]) {
+    fn encode(&mut self, kernel: &Pipeline, bindings: &BindGroup, first: u32, n: [u32; 3]) {
         let slot = self.firsts.len() as u32;
         self.firsts.push(first);
         let mut pass = self.encoder().begin_compute_pass(&Default::default());

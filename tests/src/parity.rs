@@ -80,10 +80,10 @@ pub fn compare(mesh: &PreparedMesh, size: u32) -> Parity {
 /// # Panics
 ///
 /// As [`compare`].
-pub fn compare_gpu(sweeper: &mut gpu::Sweeper, mesh: &PreparedMesh, size: u32) -> Parity {
+pub fn compare_gpu(sweeper: &mut gpu::Sweeper, mesh: PreparedMesh, size: u32) -> Parity {
     let uploaded = sweeper.upload(mesh).expect("it fits the GPU");
     let bake = sweeper.bake_with_bits(&uploaded, size, UNOBSERVED);
-    against_rays(mesh, size, bake.expect("it can be baked"))
+    against_rays(uploaded.mesh(), size, bake.expect("it can be baked"))
 }
 
 fn against_rays(mesh: &PreparedMesh, size: u32, (raw, bits): (RawGrid, FaceBits)) -> Parity {

@@ -4,6 +4,7 @@
 //! comes with a hint. Output files are written beside their place and renamed, so that a killed
 //! command leaves old ones whole.
 
+mod backend;
 mod canvas;
 mod commands;
 mod console;
@@ -14,7 +15,7 @@ mod output;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use commands::{bake, bench, ci, diff, export, info, sample, slices, tables, verify};
+use commands::{adapters, bake, bench, ci, diff, export, info, sample, slices, tables, verify};
 use console::Console;
 
 #[derive(Parser)]
@@ -44,6 +45,7 @@ enum Command {
     Sample(sample::Args),
     Export(export::Args),
     Bench(bench::Args),
+    Adapters(adapters::Args),
     Tables(tables::Args),
     /// Check everything that must hold before a change lands: tables, format, clippy,
     /// docs, tests
@@ -63,6 +65,7 @@ pub fn run() -> ExitCode {
         Command::Sample(args) => sample::run(&args, &console),
         Command::Export(args) => export::run(&args, &console),
         Command::Bench(args) => bench::run(&args, &console),
+        Command::Adapters(args) => adapters::run(&args, &console),
         Command::Tables(args) => tables::run(&args, &console),
         Command::Ci => ci::run(&console),
     };

@@ -76,9 +76,16 @@ pub struct Sweeper {
 }
 
 /// A mesh in the device's memory, ready to be swept.
-pub struct Uploaded<'a> {
-    mesh: &'a PreparedMesh,
+pub struct UploadedMesh {
+    mesh: PreparedMesh,
     buffers: Mesh,
+}
+
+impl UploadedMesh {
+    /// The mesh.
+    pub fn mesh(&self) -> &PreparedMesh {
+        &self.mesh
+    }
 }
 
 /// Compiled for one kind of counters, with directions or without.
@@ -115,12 +122,12 @@ impl Sweeper {
     /// # Errors
     ///
     /// It does not fit, or the device fails.
-    pub fn upload<'a>(&mut self, mesh: &'a PreparedMesh) -> Result<Uploaded<'a>, BakeError> {
+    pub fn upload(&mut self, mesh: PreparedMesh) -> Result<UploadedMesh, BakeError> {
         let unobserved = aogrid_bake_core::UNOBSERVED;
         let mut work = Work::new(&self.context, &mut self.pace, unobserved, 0);
-        let buffers = Mesh::new(&work, mesh)?;
+        let buffers = Mesh::new(&work, &mesh)?;
         work.check()?;
-        Ok(Uploaded { mesh, buffers })
+        Ok(UploadedMesh { mesh, buffers })
     }
 
     /// Bakes six faces of `size` × `size` texels around every cell of the mesh's grid. The same
@@ -132,7 +139,7 @@ impl Sweeper {
     /// A face size out of its range, cancellation, or the device fails.
     pub fn bake(
         &mut self,
-        mesh: &Uploaded<'_>,
+        mesh: &UploadedMesh,
         size: u32,
         directions: bool,
         observer: Observer<'_>,
@@ -152,7 +159,7 @@ impl Sweeper {
     /// As [`Sweeper::bake`].
     pub fn bake_with_bits(
         &mut self,
-        mesh: &Uploaded<'_>,
+        mesh: &UploadedMesh,
         size: u32,
         observer: Observer<'_>,
     ) -> Result<(RawGrid, FaceBits), BakeError> {
@@ -166,7 +173,7 @@ impl Sweeper {
 
     fn run(
         &mut self,
-        mesh: &Uploaded<'_>,
+        mesh: &UploadedMesh,
         request: Request,
         observer: Observer<'_>,
     ) -> Result<(RawGrid, FaceBits), BakeError> {
@@ -209,7 +216,7 @@ struct Bake<'a> {
     kernels: &'a [[OnceLock<Kernels>; 2]; 2],
     store: Store,
     work: Work<'a>,
-    mesh: &'a Uploaded<'a>,
+    mesh: &'a UploadedMesh,
     request: Request,
     texels: Vec<FixedTexel>,
     sums: Vec<FaceSums>,
@@ -218,6 +225,9 @@ struct Bake<'a> {
 
 /// The masks of a pass, read back.
 type Masks = (Pass, Vec<u32>);
+
+/// The sums of a brick, and the masks of its passes if they were asked for.
+type Found = (Vec<i32>, Vec<Masks>);
 
 /// Buffers of a brick.
 struct Buffers {
@@ -253,15 +263,14 @@ impl Bake<'_> {
         self.work.flush()
     }
 
-    /// The sums of a brick, and its masks if they were asked for; none if a byte was too small
-    /// for its layers.
+    /// Bakes a brick; none if a byte was too small for its layers.
     fn brick(
         &mut self,
         brick: &Brick,
         wide: bool,
         done: usize,
-    ) -> Result<Option<(Vec<i32>, Vec<Masks>)>, BakeError> {
-        let mesh = self.mesh.mesh;
+    ) -> Result<Option<Found>, BakeError> {
+        let mesh = &self.mesh.mesh;
         let room = Room {
             binding: self
                 .work
@@ -457,7 +466,7 @@ struct Bound<'a> {
 
 impl<'a> Bound<'a> {
     fn new(bake: &Bake<'_>, run: &'a PassRun<'a>, kernels: &'a Kernels) -> Self {
-        let mesh = bake.mesh.mesh;
+        let mesh = &bake.mesh.mesh;
         let view = View::new(mesh, run.brick, run.pass.w, bake.request.size);
         let Levels {
             levels, buckets, ..

@@ -71,7 +71,8 @@ impl<'a> Search<'a> {
             .into_par_iter()
             .map(|i| chunk(i).map(|triangle| self.n_rows(triangle)).sum())
             .collect();
-        let mut batches: Vec<Range<usize>> = vec![0..0];
+        let mut batches = Vec::new();
+        let mut last = 0..0;
         let mut in_batch = 0;
         for (i, rows) in rows.into_iter().enumerate() {
             let parts: Vec<(Range<usize>, u64)> = match rows > MOST_AT_ONCE {
@@ -80,13 +81,15 @@ impl<'a> Search<'a> {
             };
             for (triangles, rows) in parts {
                 if in_batch + rows > MOST_AT_ONCE {
-                    batches.push(triangles.start..triangles.start);
+                    batches.push(last);
+                    last = triangles.start..triangles.start;
                     in_batch = 0;
                 }
                 in_batch += rows;
-                batches.last_mut().expect("there is one").end = triangles.end;
+                last.end = triangles.end;
             }
         }
+        batches.push(last);
         batches
     }
 

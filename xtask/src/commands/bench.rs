@@ -1,21 +1,23 @@
 //! `bench`: how long the stages of a bake take, in one process, warm.
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use anyhow::Context;
-use aogrid_bake_core::{BakeOptions, Placement, mesh, post};
-use aogrid_baker_cpu::{Baker, Kernel};
+use aogrid_bake_core::{BakeOptions, Kernel, Placement, mesh, post};
+use aogrid_baker_gpu::{Choice, Context};
 use aogrid_grid_format::{Method, Source};
 use serde::Serialize;
 
 use super::bake::{SamplingArgs, use_threads};
+use crate::backend::{Asked, Backend, By, Seen};
 use crate::console::Console;
 use crate::interrupt;
 
 /// Time the stages of a bake: medians over repeats after one warm-up, in one process
 ///
-/// Kernels take turns and get a row each; --kernel names one to measure alone.
+/// Kernels and backends take turns and get a row each; --kernel and --backend name one to
+/// measure alone. With --adapter and without --backend an adapter is measured beside the CPU.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Wavefront OBJ files
@@ -66,17 +68,18 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     if args.json {
         return console.json(&report);
     }
-    console.result("triangles  prepare ms  visibility ms  post ms  threads  kernel  file");
+    console.result("triangles  prepare ms  visibility ms  post ms  threads  kernel  on    file");
     for model in &report.models {
         for row in &model.rows {
             console.result(&format!(
-                "{:9}  {:10.2}  {:13.2}  {:7.2}  {:7}  {:6}  {}",
+                "{:9}  {:10.2}  {:13.2}  {:7.2}  {:7}  {:6}  {:4}  {}",
                 model.triangles,
                 1e3 * row.prepare_s,
                 1e3 * row.visibility_s,
                 1e3 * row.post_s,
                 row.threads,
                 row.kernel,
+                row.adapter.as_deref().unwrap_or(row.backend),
                 model.file.display()
             ));
         }
@@ -97,37 +100,34 @@ fn measure(path: &Path, args: &Args, console: &Console) -> anyhow::Result<Model>
     }
     let spec = placement.place(&loaded.mesh.bounds()).with_context(shown)?;
     let bar = console.progress(&shown());
-    let kernels = match args.sampling.kernel() {
-        Some(one) => vec![one],
-        None => vec![Kernel::Sweep, Kernel::Rays],
-    };
-    let mut bakers: Vec<_> = kernels
-        .iter()
-        .map(|&kernel| (kernel, Baker::new(Some(kernel)), Vec::new()))
+    let mut bakers: Vec<_> = backends(args)?
+        .into_iter()
+        .map(|backend| (backend, None, Vec::new()))
         .collect();
     // The first repeat warms up and is not counted. Kernels take turns, so that a machine that
     // slows down slows all of them.
     for repeat in 0..=args.repeat {
-        for (_, baker, samples) in &mut bakers {
+        for (backend, by, samples) in &mut bakers {
+            let observer = |progress| bar.observe(progress);
+            let seen = backend.bake(&loaded.mesh, spec, &options, &observer);
+            let Seen {
+                raw,
+                by: found,
+                prepare_s,
+                visibility_s,
+                ..
+            } = seen.with_context(shown)?;
+            *by = Some(found);
             let start = Instant::now();
-            let mut ready = baker
-                .prepare(&loaded.mesh, spec, &options)
-                .with_context(shown)?;
-            let prepared = Instant::now();
-            let raw = ready
-                .bake(&|progress| bar.observe(progress))
-                .with_context(shown)?;
-            let seen = Instant::now();
-            drop(ready);
             post::finish(raw, &placement, &options, Source::from(&loaded)).with_context(shown)?;
             if repeat > 0 {
-                samples.push([prepared - start, seen - prepared, seen.elapsed()]);
+                samples.push([prepare_s, visibility_s, start.elapsed().as_secs_f64()]);
             }
         }
     }
     let rows = bakers
-        .iter()
-        .map(|(kernel, _, samples)| row(*kernel, samples));
+        .into_iter()
+        .filter_map(|(_, by, samples)| Some(row(by?, &samples)));
     Ok(Model {
         file: path.to_owned(),
         triangles: loaded.mesh.triangles().len(),
@@ -135,17 +135,44 @@ fn measure(path: &Path, args: &Args, console: &Console) -> anyhow::Result<Model>
     })
 }
 
+/// What is measured: each kernel on each backend that is asked for and there.
+fn backends(args: &Args) -> anyhow::Result<Vec<Backend>> {
+    let asked = args.sampling.backend().unwrap_or_else(|usage| usage.exit());
+    let with_cpu = !matches!(asked, Asked::Gpu(_));
+    let choice = match asked {
+        Asked::Cpu => None,
+        Asked::Gpu(choice) => Some(choice),
+        Asked::Named(name) => Some(Choice::Named(name)),
+        // Without a real GPU there are only the CPU's rows.
+        Asked::Auto => Context::new(&Choice::Real).is_ok().then_some(Choice::Real),
+    };
+    let kernels = match args.sampling.kernel() {
+        Some(one) => vec![one],
+        None => vec![Kernel::Sweep, Kernel::Rays],
+    };
+    let each = |asked: Asked| {
+        let backend = move |&kernel| Backend::new(asked.clone(), Some(kernel));
+        kernels.iter().map(backend).collect::<Vec<_>>()
+    };
+    let mut all = Vec::new();
+    if with_cpu {
+        all.extend(each(Asked::Cpu));
+    }
+    if let Some(choice) = choice {
+        all.extend(each(Asked::Gpu(choice)));
+    }
+    Ok(all)
+}
+
 /// The medians of what was measured: prepare, visibility, post.
-fn row(kernel: Kernel, samples: &[[Duration; 3]]) -> Row {
-    let [prepare_s, visibility_s, post_s] = [0, 1, 2].map(|stage| {
-        let stage = samples.iter().map(|sample| sample[stage]);
-        median(stage.map(|duration| duration.as_secs_f64()).collect())
-    });
+fn row(by: By, samples: &[[f64; 3]]) -> Row {
+    let [prepare_s, visibility_s, post_s] =
+        [0, 1, 2].map(|stage| median(samples.iter().map(|sample| sample[stage]).collect()));
     Row {
         method: "faces",
-        kernel: kernel.name(),
-        backend: "cpu",
-        adapter: None,
+        kernel: by.kernel.name(),
+        backend: by.backend(),
+        adapter: by.adapter,
         threads: rayon::current_num_threads(),
         prepare_s,
         visibility_s,

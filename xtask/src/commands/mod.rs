@@ -1,5 +1,6 @@
 //! One file a command.
 
+pub(crate) mod adapters;
 pub(crate) mod bake;
 pub(crate) mod bench;
 pub(crate) mod ci;

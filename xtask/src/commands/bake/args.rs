@@ -4,11 +4,14 @@ use std::path::PathBuf;
 
 use aogrid_bake_core::{BakeOptions, Extent, Placement};
 use aogrid_baker_cpu::Kernel;
+use aogrid_baker_gpu::Choice;
 use aogrid_grid_format::{
     BoundaryMode, Encoding, FACE_SIZES, Interior, MAX_RESOLUTION, MIN_RESOLUTION, Method,
     RAY_COUNTS, TexelFormat,
 };
 use clap::ValueEnum;
+
+use crate::backend::Asked;
 
 /// Bake the ambient occlusion around a model into a grid file
 ///
@@ -86,6 +89,13 @@ pub(crate) struct SamplingArgs {
     /// else rays; or only one of them. The grid is the same
     #[arg(long, value_enum, default_value_t = KernelArg::Auto)]
     pub kernel: KernelArg,
+    /// Where to bake: on a GPU if there is one, else on the CPU; or only on one of them. Software
+    /// that plays a GPU counts only where --adapter names it
+    #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
+    pub backend: BackendArg,
+    /// The GPU whose name holds this; see `cargo xtask adapters`
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
     /// Threads to bake with [default: as many as there are processors]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
@@ -102,6 +112,13 @@ pub(crate) enum KernelArg {
     Auto,
     Sweep,
     Rays,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(crate) enum BackendArg {
+    Auto,
+    Cpu,
+    Gpu,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -137,6 +154,21 @@ impl SamplingArgs {
             KernelArg::Auto => None,
             KernelArg::Sweep => Some(Kernel::Sweep),
             KernelArg::Rays => Some(Kernel::Rays),
+        }
+    }
+
+    /// Where to bake; an error where an option would do nothing.
+    pub(crate) fn backend(&self) -> Result<Asked, clap::Error> {
+        match (self.backend, &self.adapter) {
+            (BackendArg::Cpu, Some(_)) => Err(clap::Error::raw(
+                clap::error::ErrorKind::ArgumentConflict,
+                "--adapter needs --backend gpu or auto\n",
+            )),
+            (BackendArg::Cpu, None) => Ok(Asked::Cpu),
+            (BackendArg::Auto, None) => Ok(Asked::Auto),
+            (BackendArg::Gpu, None) => Ok(Asked::Gpu(Choice::Real)),
+            (BackendArg::Gpu, Some(name)) => Ok(Asked::Gpu(Choice::Named(name.clone()))),
+            (BackendArg::Auto, Some(name)) => Ok(Asked::Named(name.clone())),
         }
     }
 }

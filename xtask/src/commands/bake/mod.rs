@@ -10,23 +10,24 @@ use std::time::Instant;
 use anyhow::Context;
 use aogrid_bake_core::mesh::{self, LoadedMesh, MeshReport};
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, post};
-use aogrid_baker_cpu as baker_cpu;
 use aogrid_grid_format::{BoundaryMode, GridSpec, Interior, Source};
 
 pub(crate) use args::{Args, SamplingArgs};
 use jobs::{Job, Jobs};
 use report::{Baked, KernelReport, Outcome, Outputs, Times};
 
+use crate::backend::Backend;
 use crate::console::Console;
 use crate::{interrupt, output};
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let options = args.options().unwrap_or_else(|usage| usage.exit());
+    let asked = args.sampling.backend().unwrap_or_else(|usage| usage.exit());
     let placement = args.placement();
     use_threads(args.sampling.threads)?;
     interrupt::listen();
     let jobs = Jobs::new(args)?;
-    let mut kernels = baker_cpu::Baker::new(args.sampling.kernel());
+    let mut backend = Backend::new(asked, args.sampling.kernel());
     let mut outputs = Outputs::default();
     for model in &args.models {
         let shown = model.display();
@@ -54,7 +55,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
                 Some(grid) => Outcome::up_to_date(&job, &grid),
                 None => {
                     let mut baker = Baker {
-                        kernels: &mut kernels,
+                        backend: &mut backend,
                         loaded: &loaded,
                         load_s,
                         placement: &placement,
@@ -77,7 +78,7 @@ pub(crate) fn use_threads(threads: Option<u16>) -> anyhow::Result<()> {
 
 /// What is the same for all parts of a model.
 struct Baker<'a> {
-    kernels: &'a mut baker_cpu::Baker,
+    backend: &'a mut Backend,
     loaded: &'a LoadedMesh,
     load_s: f64,
     placement: &'a Placement,
@@ -130,21 +131,15 @@ impl Baker<'_> {
         report: MeshReport,
         console: &Console,
     ) -> anyhow::Result<Baked> {
-        let started = Instant::now();
-        let mut prepared = self
-            .kernels
-            .prepare(mesh, spec, self.options)
-            .with_context(|| job.title.clone())?;
-        let kernel = KernelReport::new(&prepared);
-        let prepare_s = started.elapsed().as_secs_f64();
-
-        let started = Instant::now();
         let bar = console.progress(&job.title);
-        let raw = prepared
-            .bake(&|progress| bar.observe(progress))
+        let seen = self
+            .backend
+            .bake(mesh, spec, self.options, &|progress| bar.observe(progress))
             .with_context(|| job.title.clone())?;
         drop(bar);
-        let visibility_s = started.elapsed().as_secs_f64();
+        if let Some(why) = &seen.fell_back {
+            console.warning(&format!("{}: baked on the CPU: {why}", job.title));
+        }
 
         let started = Instant::now();
         let source = Source {
@@ -154,16 +149,16 @@ impl Baker<'_> {
             triangles: mesh.triangles().len() as u64,
             ..Source::from(self.loaded)
         };
-        let grid = post::finish(raw, self.placement, self.options, source)
+        let grid = post::finish(seen.raw, self.placement, self.options, source)
             .with_context(|| job.title.clone())?;
         Ok(Baked {
             grid,
             report,
-            kernel,
+            kernel: KernelReport::new(seen.by),
             times: Times {
                 load_s: self.load_s,
-                prepare_s,
-                visibility_s,
+                prepare_s: seen.prepare_s,
+                visibility_s: seen.visibility_s,
                 post_s: started.elapsed().as_secs_f64(),
                 threads: rayon::current_num_threads(),
             },

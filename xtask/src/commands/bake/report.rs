@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use aogrid_bake_core::mesh::MeshReport;
-use aogrid_baker_cpu::Prepared;
 use aogrid_grid_format::{BoundaryMode, Grid, GridSpec, Interior, Method};
 use serde::Serialize;
 
 use super::jobs::Job;
+use crate::backend::By;
 use crate::commands::info;
 use crate::console::Console;
 
@@ -29,21 +29,38 @@ pub(super) struct KernelReport {
     /// Why it is rays, where nothing was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     reason: Option<String>,
+    backend: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    adapter: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    driver: Option<String>,
+    /// Why it is the CPU, where either would have done.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    why_cpu: Option<String>,
 }
 
 impl KernelReport {
-    pub(super) fn new(prepared: &Prepared<'_>) -> Self {
+    pub(super) fn new(by: By) -> Self {
         Self {
-            name: prepared.kernel().name(),
-            reason: prepared.why_rays().map(ToString::to_string),
+            name: by.kernel.name(),
+            reason: by.why_rays,
+            backend: by.backend(),
+            adapter: by.adapter,
+            driver: by.driver,
+            why_cpu: by.why_cpu,
         }
     }
 
     fn line(&self) -> String {
-        match &self.reason {
-            None => format!("CPU, {}", self.name),
-            Some(reason) => format!("CPU, {}: {reason}", self.name),
-        }
+        let whose = match (&self.adapter, &self.driver) {
+            (Some(adapter), Some(driver)) => format!("{adapter}, {driver}"),
+            (Some(adapter), None) => adapter.clone(),
+            _ => "CPU".into(),
+        };
+        let reason = self.reason.iter().map(|reason| format!(": {reason}"));
+        let why_cpu = self.why_cpu.iter().map(|why| format!("; {why}"));
+        let notes: String = reason.chain(why_cpu).collect();
+        format!("{whose}, {}{notes}", self.name)
     }
 }
 
