@@ -199,6 +199,11 @@ impl Context {
         &self.device
     }
 
+    /// Its queue.
+    pub fn queue(&self) -> &Queue {
+        &self.queue
+    }
+
     /// Name, driver and kind of the adapter.
     pub fn adapter(&self) -> &AdapterInfo {
         &self.info

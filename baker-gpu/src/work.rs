@@ -194,12 +194,12 @@ impl<'a> Work<'a> {
         }
         drop(done);
         poll(self.context, wgpu::PollType::wait_indefinitely())?;
-        if staging.iter().any(|_| mapped.recv() != Ok(true)) {
+        if staging.iter().any(|_| mapped.try_recv() != Ok(true)) {
             self.check()?;
-            return Err(BakeError::Lost("it did not give back what it made".into()));
+            return Err(lost(self.context));
         }
-        let lost = |_| BakeError::Lost("what it made cannot be read".into());
-        let bytes = |b: &Buffer| Ok(b.get_mapped_range(..).map_err(lost)?.to_vec());
+        let unreadable = |_| lost(self.context);
+        let bytes = |b: &Buffer| Ok(b.get_mapped_range(..).map_err(unreadable)?.to_vec());
         staging.iter().map(bytes).collect()
     }
 
@@ -210,7 +210,11 @@ impl<'a> Work<'a> {
         }
         let found = pop_scopes(self.scopes.take());
         self.scopes = Some(push_scopes(self.context));
-        found
+        match found {
+            // On a device that is gone everything is invalid.
+            Err(BakeError::Refused(_)) if is_lost(self.context) => Err(lost(self.context)),
+            found => found,
+        }
     }
 }
 
@@ -268,9 +272,31 @@ fn poll(context: &Context, how: wgpu::PollType) -> Result<(), BakeError> {
     match polled {
         Ok(Ok(_)) => Ok(()),
         Ok(Err(wgpu::PollError::Timeout)) => Err(BakeError::Hung(PATIENCE.as_secs())),
-        Ok(Err(_)) | Err(_) => Err(BakeError::Lost(match context.why_lost() {
-            Some(reason) => reason.clone(),
-            None => "it stopped answering".into(),
-        })),
+        Ok(Err(_)) | Err(_) => Err(lost(context)),
     }
+}
+
+fn lost(context: &Context) -> BakeError {
+    BakeError::Lost(match context.why_lost() {
+        Some(reason) => reason.clone(),
+        None => "it stopped answering".into(),
+    })
+}
+
+/// Asks for a buffer and to see it, which every device that is there grants.
+fn is_lost(context: &Context) -> bool {
+    let scopes = push_scopes(context);
+    let buffer = context.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("sign of life"),
+        size: 16,
+        usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let (done, mapped) = mpsc::channel();
+    buffer.map_async(wgpu::MapMode::Read, .., move |result| {
+        let _ = done.send(result.is_ok());
+    });
+    let polled = poll(context, wgpu::PollType::wait_indefinitely());
+    let _ = pop_scopes(Some(scopes));
+    polled.is_err() || mapped.try_recv() != Ok(true)
 }

@@ -17,6 +17,7 @@ struct Scene {
     reach: f32,
     /// Of random directions: the generator's key.
     key: array<vec4<u32>, 2>,
+    n_triangles: u32,
 }
 
 /// A box, padded, and where to go on.

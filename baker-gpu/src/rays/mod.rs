@@ -51,6 +51,8 @@ struct Scene {
     n_nodes: u32,
     reach: f32,
     key: [u32; 8],
+    n_triangles: u32,
+    padding: [u32; 3],
 }
 
 /// Bakes by rays; keeps what it has compiled.
@@ -67,6 +69,7 @@ pub struct UploadedTree {
     corners: Buffer,
     samples: Buffer,
     n_nodes: u32,
+    n_triangles: u32,
     scale: f64,
 }
 
@@ -132,6 +135,7 @@ impl Caster {
             corners: storage("corners", corners),
             samples: storage("samples", bytemuck::cast_slice(&tree.samples)),
             n_nodes: tree.nodes.len() as u32,
+            n_triangles: tree.corners.len() as u32,
             scale: tree.scale,
         };
         work.check()?;
@@ -302,7 +306,7 @@ impl Job<'_> {
         let (n, units) = match self.variant {
             Variant::Naive => {
                 let cells = f64::from(WORKGROUP);
-                let triangles = (mesh.corners.size() / 36) as f64;
+                let triangles = f64::from(mesh.n_triangles);
                 (
                     self.scene.n_cells.div_ceil(WORKGROUP),
                     cells * rays * triangles,
@@ -397,6 +401,8 @@ fn scene(mesh: &UploadedTree, options: &BakeOptions) -> Scene {
         key: std::array::from_fn(|i| {
             u32::from_le_bytes(std::array::from_fn(|byte| key[4 * i + byte]))
         }),
+        n_triangles: mesh.n_triangles,
+        padding: [0; 3],
     }
 }
 
@@ -517,6 +523,7 @@ mod tests {
             ("n_nodes", offset_of!(Scene, n_nodes)),
             ("reach", offset_of!(Scene, reach)),
             ("key", offset_of!(Scene, key)),
+            ("n_triangles", offset_of!(Scene, n_triangles)),
         ];
         assert_layout(&shader, "Scene", size_of::<Scene>(), &scene);
         let node = [

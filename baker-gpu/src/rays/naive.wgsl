@@ -14,14 +14,13 @@ fn naive(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     if idx >= scene.n_cells {
         return;
     }
-    let n_triangles = arrayLength(&corners) / 9u;
     var count = 0;
     var sum = vec4(0);
     for (var texel = 0u; texel < scene.n_directions; texel++) {
         let direction = directions[texel];
         let ray = ray_from(sample_of(scene.first_cell + idx), direction.xyz, direction.w);
         var is_hidden = false;
-        for (var triangle = 0u; triangle < n_triangles && !is_hidden; triangle++) {
+        for (var triangle = 0u; triangle < scene.n_triangles && !is_hidden; triangle++) {
             is_hidden = meets(ray, triangle);
         }
         if is_hidden {

@@ -73,8 +73,8 @@ fn count(first: u32, block: u32, at: vec2<f32>, active_lanes: u32, more: u32, de
     while lanes != 0u {
         let lane = firstTrailingBit(lanes);
         lanes &= lanes - 1u;
-        let a = frame.slope + f32(block * LANES + lane) * frame.slope_step;
-        let column = u32(clamp(ceil(at.x - at.y * a), 0.0, f32(frame.cells.x)));
+        let at_row = at.x - at.y * texel_slope(block * LANES + lane);
+        let column = u32(clamp(ceil(at_row), 0.0, f32(frame.cells.x)));
         if column < frame.cells.x {
             add_step(first, lane, column, select(-delta, delta, ((more >> lane) & 1u) != 0u));
         }

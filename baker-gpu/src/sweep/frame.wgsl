@@ -17,9 +17,9 @@ struct Frame {
     /// The lowest level of the brick over the levels of one whole, and how many there are.
     lowest_whole: i32,
     n_ranks: u32,
-    /// a of texel 0, and from one texel to the next, in cells along u per cell along w.
-    slope: f32,
-    slope_step: f32,
+    /// Half of what a grows by from one texel to the next, in cells along u per cell along w.
+    half_slope: f32,
+    unused: f32,
     n_vertices: u32,
     n_triangles: u32,
     /// Edges of two triangles; they come first.
@@ -39,6 +39,11 @@ struct Frame {
 
 /// The pass.
 @group(0) @binding(1) var<uniform> frame: Frame;
+
+/// a of a texel: rounded twice at the most, as is the row's b.
+fn texel_slope(texel: u32) -> f32 {
+    return f32(2 * i32(texel) + 1 - i32(frame.size)) * frame.half_slope;
+}
 
 fn row_slope(row: u32) -> f32 {
     return frame.row_slopes[row / 4u][row % 4u];

@@ -27,7 +27,7 @@ fn silhouettes(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocatio
     let axes = frame.axes * n + triangle;
     let normal = vec3(normals[axes.x], normals[axes.y], normals[axes.z]);
     let least = max(LEAST_SHARE * (abs(normal.y) + abs(normal.z)), LEAST_NORMAL);
-    let steepness = 1.0 / (frame.slope_step * max(abs(normal.x), least));
+    let steepness = 0.5 / (frame.half_slope * max(abs(normal.x), least));
     let steep = select(steepness, -steepness, normal.x < 0.0);
     let words = facing_words();
     for (var word = 0u; word < words; word++) {

@@ -76,8 +76,12 @@ fn from_center(position: [f64; 3]) -> ([f64; 3], f64) {
 fn a_ball_hides_its_cap() {
     // 20 · 4⁶ triangles: the polyhedron's radius is within 1e-4 of the ball's.
     let ball = Sample::Sphere.mesh(Some(81_920)).unwrap();
-    let grid = raw(&ball, &Placement::default(), &exact_options());
-    let outside = || samples(&grid).filter(|(p, _, _)| from_center(*p).1 > RADIUS);
+    assert_ball(&raw(&ball, &Placement::default(), &exact_options()));
+}
+
+/// What any baker has to make of the ball at 32³ cells.
+pub(crate) fn assert_ball(grid: &RawGrid) {
+    let outside = || samples(grid).filter(|(p, _, _)| from_center(*p).1 > RADIUS);
     let occlusion = errors(outside().map(|(position, found, _)| {
         f64::from(found.a) - sphere_fraction(RADIUS, from_center(position).1)
     }));
@@ -95,7 +99,7 @@ fn a_ball_hides_its_cap() {
     assert!(axis.rms <= SPHERE_AXIS_RMS_DEGREES, "{}", axis.rms);
 
     // And inside it nothing is left open.
-    let inside = samples(&grid).filter(|(p, _, _)| from_center(*p).1 < 0.999 * RADIUS);
+    let inside = samples(grid).filter(|(p, _, _)| from_center(*p).1 < 0.999 * RADIUS);
     for (_, found, count) in inside {
         assert_eq!((count, found.a), (1536, 1.0));
     }
@@ -109,14 +113,31 @@ fn outside_box([x, y, z]: [f64; 3]) -> bool {
 #[test]
 fn a_box_hides_the_solid_angles_of_its_faces() {
     let mesh = Sample::Box.mesh(None).unwrap();
-    let grid = raw(&mesh, &Placement::default(), &exact_options());
-    let off = |grid: &RawGrid| -> Vec<f64> {
-        let outside = samples(grid).filter(|(position, _, _)| outside_box(*position));
-        let off = outside
-            .map(|(position, found, _)| f64::from(found.a) - convex_fraction(&mesh, position));
-        off.collect()
+    assert_box(&mesh, &raw(&mesh, &Placement::default(), &exact_options()));
+
+    // Rows half as wide keep the promise for every cell.
+    let mut fine = exact_options();
+    fine.method = Method::Faces { size: 32 };
+    let placement = Placement {
+        resolution: [16; 3],
+        ..Placement::default()
     };
-    let coarse = off(&grid);
+    assert_within(
+        &errors(off_by(&mesh, &raw(&mesh, &placement, &fine)).into_iter()),
+        &BOX,
+    );
+}
+
+/// The difference of every cell outside the box to its exact fraction.
+fn off_by(mesh: &TriangleMesh, grid: &RawGrid) -> Vec<f64> {
+    let outside = samples(grid).filter(|(position, _, _)| outside_box(*position));
+    let off = outside.map(|(p, found, _)| f64::from(found.a) - convex_fraction(mesh, p));
+    off.collect()
+}
+
+/// What any baker has to make of the box at 32³ cells.
+pub(crate) fn assert_box(mesh: &TriangleMesh, grid: &RawGrid) {
+    let coarse = off_by(mesh, grid);
     assert!(coarse.len() > 30_000);
     let beyond = coarse.iter().filter(|v| v.abs() > BOX.max).count();
     println!(
@@ -133,18 +154,6 @@ fn a_box_hides_the_solid_angles_of_its_faces() {
         max: BOX_HALF_ROWS,
     };
     assert_within(&errors(coarse.into_iter()), &promise);
-
-    // Rows half as wide keep the promise for every cell.
-    let mut fine = exact_options();
-    fine.method = Method::Faces { size: 32 };
-    let placement = Placement {
-        resolution: [16; 3],
-        ..Placement::default()
-    };
-    assert_within(
-        &errors(off(&raw(&mesh, &placement, &fine)).into_iter()),
-        &BOX,
-    );
 }
 
 /// Random rays against exact fractions: the error, in standard deviations of a mean of n

@@ -1,39 +1,427 @@
-use aogrid_bake_core::UNOBSERVED;
+use std::ops::ControlFlow;
+
 use aogrid_bake_core::samples::Sample;
-use aogrid_baker_gpu::Sweeper;
-use aogrid_tests::{compare_gpu, gpu, prepared};
+use aogrid_bake_core::{
+    BakeOptions, FaceBits, Kernel, Placement, PreparedMesh, Progress, RawGrid, TriangleMesh,
+    UNOBSERVED, WhyRays, mesh, post,
+};
+use aogrid_baker_cpu::Occluder;
+use aogrid_baker_gpu::wgpu::Limits;
+use aogrid_baker_gpu::{BakeError, Baker, Caster, Choice, Context, ContextError, Sweeper};
+use aogrid_grid_format::{Encoding, GridSpec, Method};
+use aogrid_tests::{
+    Parity, compare, compare_gpu, exact_options, files_with_ending, gpu, mesh_of, prepared, shared,
+};
+
+use crate::analytic;
+use crate::parity::{Corners, FEW, assert_alike, soup, stack_of_sheets};
+
+/// The GPU's sweep against the CPU's rays, and its moments against the CPU's own sweep: where
+/// both see the same texels, bit for bit.
+fn assert_as_on_the_cpu(sweeper: &mut Sweeper, mesh: &TriangleMesh, n: [u32; 3], size: u32) {
+    let parity = compare_gpu(sweeper, prepared(mesh, n), size);
+    assert_alike(&parity, FEW, &format!("{n:?} {size}"));
+    let cpu = compare(&prepared(mesh, n), size);
+    let differing: Vec<_> = cpu.bits.differences(&parity.bits);
+    for cell in 0..cpu.raw.counts.len() {
+        if !differing.iter().any(|(odd, _)| *odd == cell) {
+            assert_eq!(parity.raw.counts[cell], cpu.raw.counts[cell]);
+            assert_eq!(parity.raw.moments[cell], cpu.raw.moments[cell]);
+        }
+    }
+}
 
 #[test]
 fn samples_are_alike_at_any_resolution_and_face_size() {
     let Some(context) = gpu() else { return };
     let mut sweeper = Sweeper::new(context);
     for (sample, resolution, size) in [
-        (Sample::Box, [8, 8, 8], 16),
         (Sample::Table, [12, 9, 10], 16),
         (Sample::Robot, [16, 21, 11], 8),
         (Sample::SpaceShip, [24, 10, 33], 13),
         (Sample::Torus, [8, 35, 8], 17),
-        (Sample::Sphere, [9, 9, 40], 24),
-        (Sample::LShape, [8, 8, 8], 128),
+        (Sample::LShape, [8; 3], 40),
+        // More cells along an axis than a brick has.
+        (Sample::Robot, [8, 9, 270], 8),
     ] {
-        let mesh = prepared(&sample.mesh(None).unwrap(), resolution);
-        let parity = compare_gpu(&mut sweeper, &mesh, size);
-        println!(
-            "{}: {} of {} differ, occluded {}",
-            sample.name(),
-            parity.differences.len(),
-            parity.texels,
-            parity.occluded
-        );
-        let cpu = aogrid_baker_cpu::Sweeper::new()
-            .bake(&mesh, size, UNOBSERVED)
-            .unwrap();
-        let n = cpu
-            .moments
-            .iter()
-            .zip(&parity.raw.moments)
-            .filter(|(a, b)| a != b)
-            .count();
-        println!("  moments differ in {n}");
+        let mesh = sample.mesh(None).unwrap();
+        assert_as_on_the_cpu(&mut sweeper, &mesh, resolution, size);
     }
+}
+
+#[test]
+fn soups_and_hundreds_of_layers_are_alike() {
+    let Some(context) = gpu() else { return };
+    let mut sweeper = Sweeper::new(context);
+    let robot: Vec<Corners> = Sample::Robot.mesh(None).unwrap().corners().collect();
+    let open: Vec<Corners> = robot.iter().step_by(2).copied().collect();
+    let wound: Vec<Corners> = (0..)
+        .zip(&robot)
+        .map(|(i, t)| if i % 3 == 0 { [t[0], t[2], t[1]] } else { *t })
+        .collect();
+    let copies = stack_of_sheets(1).repeat(256);
+    for (what, triangles) in [
+        ("open", open),
+        ("inconsistently wound", wound),
+        ("soup", soup(2000, 0.3)),
+        ("300 layers", stack_of_sheets(300)),
+        ("256 copies", copies),
+    ] {
+        let mesh = prepared(&mesh_of(&triangles), [8, 12, 8]);
+        assert_alike(&compare_gpu(&mut sweeper, mesh, 8), FEW, what);
+    }
+}
+
+#[test]
+fn real_meshes_are_alike() {
+    let (Some(folder), Some(context)) = (shared("data/meshes"), gpu()) else {
+        return;
+    };
+    let mut sweeper = Sweeper::new(context);
+    for path in files_with_ending(&folder, ".obj") {
+        let loaded = mesh::load(&path).unwrap().mesh;
+        if loaded.triangles().len() < 100_000 {
+            let parity = compare_gpu(&mut sweeper, prepared(&loaded, [8; 3]), 8);
+            assert_alike(&parity, FEW, &path.display().to_string());
+        }
+    }
+}
+
+fn placed(mesh: &TriangleMesh, n: u32) -> GridSpec {
+    let placement = Placement {
+        resolution: [n; 3],
+        ..Placement::default()
+    };
+    placement.place(&mesh.bounds()).unwrap()
+}
+
+fn bake(context: &Context, mesh: &TriangleMesh, spec: GridSpec, o: &BakeOptions) -> RawGrid {
+    let mut baker = Baker::new(context, None);
+    let mut ready = baker.prepare(mesh, spec, o).unwrap();
+    ready.bake(UNOBSERVED).unwrap()
+}
+
+#[test]
+fn a_ball_and_a_box_hide_what_they_should() {
+    let Some(context) = gpu() else { return };
+    let ball = Sample::Sphere.mesh(Some(81_920)).unwrap();
+    let options = exact_options();
+    analytic::assert_ball(&bake(context, &ball, placed(&ball, 32), &options));
+    let cube = Sample::Box.mesh(None).unwrap();
+    analytic::assert_box(&cube, &bake(context, &cube, placed(&cube, 32), &options));
+}
+
+/// Rays in single floats on a lattice differ from double precision where they pass an edge
+/// within some 10⁻⁷ of their length: a silhouette is some cells long a cell of grid, and two in
+/// 10⁷ cells wide there. Ten times that for safety.
+const GRAZING: f64 = 2e-6;
+
+#[test]
+fn rays_with_and_without_a_maximum_distance_are_those_of_the_cpu() {
+    let Some(context) = gpu() else { return };
+    let mesh = Sample::SpaceShip.mesh(None).unwrap();
+    let spec = placed(&mesh, 10);
+    let mut caster = Caster::new(context);
+    for (max_distance, size) in [(None, 16), (Some(0.4), 9), (Some(1.5), 16)] {
+        let options = BakeOptions {
+            method: Method::Faces { size },
+            max_distance,
+            ..BakeOptions::recommended()
+        };
+        let uploaded = caster.upload(&mesh, spec, options.sample_offset).unwrap();
+        let (raw, bits) = caster
+            .bake_with_bits(&uploaded, &options, UNOBSERVED)
+            .unwrap();
+        let again = caster.bake(&uploaded, &options, true, UNOBSERVED).unwrap();
+        assert!(again == raw, "with bits and without");
+        let naive = caster.bake_naively(&uploaded, &options).unwrap();
+        assert!(naive == raw, "the naive kernel");
+        let cpu = Occluder::new(&mesh)
+            .bake(spec, &options, UNOBSERVED)
+            .unwrap();
+        let off: u32 = (0..raw.counts.len())
+            .map(|cell| raw.counts[cell].abs_diff(cpu.counts[cell]))
+            .sum();
+        let texels = bits.cells() * bits.texels();
+        println!("{max_distance:?}: {off} of {texels} differ");
+        assert!(f64::from(off) <= 1.0 + GRAZING * texels as f64);
+        assert!(raw.counts.iter().any(|n| *n > 0));
+    }
+}
+
+#[test]
+fn random_rays_are_those_of_the_cpu() {
+    let Some(context) = gpu() else { return };
+    let mesh = Sample::Robot.mesh(None).unwrap();
+    let spec = placed(&mesh, 8);
+    for (count, seed) in [(1, 0), (100, 7), (700, u64::MAX)] {
+        let options = BakeOptions {
+            method: Method::Rays { count, seed },
+            ..BakeOptions::recommended()
+        };
+        let raw = bake(context, &mesh, spec, &options);
+        let cpu = Occluder::new(&mesh)
+            .bake(spec, &options, UNOBSERVED)
+            .unwrap();
+        let mut off = 0;
+        for cell in 0..raw.counts.len() {
+            off += usize::from(raw.counts[cell] != cpu.counts[cell]);
+            // A direction's components are single floats: 2⁻²⁴ each, and so is the mean.
+            let (a, b) = (raw.moments[cell], cpu.moments[cell]);
+            if raw.counts[cell] == cpu.counts[cell] {
+                assert_eq!(a.a, b.a);
+                let near = |x: usize| (a.m[x] - b.m[x]).abs() <= 2.0 * f32::EPSILON;
+                assert!((0..3).all(near), "{a:?} {b:?}");
+            }
+        }
+        assert!(off <= 1, "{count}: {off} cells");
+        assert!(raw.counts.iter().any(|n| *n > 0));
+    }
+}
+
+#[test]
+fn the_kernel_is_chosen_as_on_the_cpu() {
+    let Some(context) = gpu() else { return };
+    let mesh = Sample::Table.mesh(None).unwrap();
+    let spec = placed(&mesh, 8);
+    let faces = BakeOptions::recommended();
+    let near = BakeOptions {
+        max_distance: Some(1.0),
+        ..faces
+    };
+    let mut baker = Baker::new(context, None);
+    assert_eq!(
+        baker.prepare(&mesh, spec, &faces).unwrap().kernel(),
+        Kernel::Sweep
+    );
+    let rays = baker.prepare(&mesh, spec, &near).unwrap();
+    assert_eq!(
+        (rays.kernel(), rays.why_rays()),
+        (Kernel::Rays, Some(&WhyRays::MaxDistance))
+    );
+    let mut sweep = Baker::new(context, Some(Kernel::Sweep));
+    let refused = sweep.prepare(&mesh, spec, &near).err();
+    assert_eq!(refused, Some(BakeError::NoSweep(WhyRays::MaxDistance)));
+}
+
+#[test]
+fn occlusion_alone_makes_the_same_grid() {
+    let Some(context) = gpu() else { return };
+    let mesh = Sample::Robot.mesh(None).unwrap();
+    let spec = placed(&mesh, 12);
+    for max_distance in [None, Some(2.0)] {
+        let options = BakeOptions {
+            encoding: Encoding::Occlusion,
+            max_distance,
+            ..BakeOptions::recommended()
+        };
+        let raw = bake(context, &mesh, spec, &options);
+        let both = BakeOptions {
+            encoding: Encoding::Cone,
+            ..options
+        };
+        let with_directions = bake(context, &mesh, spec, &both);
+        assert!(raw.moments.iter().all(|m| m.m == [0.0; 3]));
+        assert!(with_directions.moments.iter().any(|m| m.m != [0.0; 3]));
+        assert_eq!(raw.counts, with_directions.counts);
+        let texels = |raw: RawGrid| {
+            let source = aogrid_grid_format::Source {
+                name: "test.obj".into(),
+                part: None,
+                blake3: "0".repeat(64),
+                triangles: 1,
+            };
+            let grid = post::finish(raw, &Placement::default(), &options, source);
+            grid.unwrap().texels().to_vec()
+        };
+        assert_eq!(texels(raw), texels(with_directions));
+    }
+}
+
+#[test]
+fn a_warm_sweeper_gives_the_same_bits_again() {
+    let Some(context) = gpu() else { return };
+    let mut warm = Sweeper::new(context);
+    for (sample, n, size) in [
+        (Sample::SpaceShip, [8, 9, 30], 9),
+        (Sample::Table, [20; 3], 16),
+        (Sample::SpaceShip, [8, 9, 30], 9),
+    ] {
+        let mesh = || prepared(&sample.mesh(None).unwrap(), n);
+        let uploaded = warm.upload(mesh()).unwrap();
+        let first = warm.bake(&uploaded, size, true, UNOBSERVED).unwrap();
+        assert_eq!(warm.bake(&uploaded, size, true, UNOBSERVED).unwrap(), first);
+        let mut cold = Sweeper::new(context);
+        let uploaded = cold.upload(mesh()).unwrap();
+        assert_eq!(cold.bake(&uploaded, size, true, UNOBSERVED).unwrap(), first);
+    }
+}
+
+/// What `change` says each cell's texels are, of what they were.
+fn changed(
+    bits: &FaceBits,
+    size: u32,
+    change: impl Fn(usize, usize) -> (usize, usize),
+) -> FaceBits {
+    let mut all = FaceBits::new(bits.cells(), size);
+    for cell in 0..bits.cells() {
+        for texel in 0..bits.texels() {
+            let (of_cell, of_texel) = change(cell, texel);
+            if bits.get(of_cell, of_texel) {
+                all.set(cell, texel);
+            }
+        }
+    }
+    all
+}
+
+/// The comparison itself: each of these must be noticed.
+#[test]
+fn the_check_notices_what_is_not_alike() {
+    let Some(context) = gpu() else { return };
+    let (n, size) = (10_usize, 8_u32);
+    let triangles: Vec<Corners> = Sample::Table.mesh(None).unwrap().corners().collect();
+    let mesh = || prepared(&mesh_of(&triangles), [n as u32; 3]);
+    let mut sweeper = Sweeper::new(context);
+    let Parity { bits, .. } = compare_gpu(&mut sweeper, mesh(), size);
+    let s = size as usize;
+    let shifted = changed(&bits, size, |cell, texel| {
+        ((cell + 1) % bits.cells(), texel)
+    });
+    let mirrored = changed(&bits, size, |cell, texel| {
+        // The first face, left to right.
+        let column = texel % s;
+        let is_first = texel < s * s;
+        (
+            cell,
+            if is_first {
+                texel - column + s - 1 - column
+            } else {
+                texel
+            },
+        )
+    });
+    let transposed = changed(&bits, size, |cell, texel| {
+        let (x, y, z) = (cell % n, cell / n % n, cell / (n * n));
+        ((z * n + x) * n + y, texel)
+    });
+    for (what, wrong) in [
+        ("a shifted cell", shifted),
+        ("a mirrored face", mirrored),
+        ("a transposed axis", transposed),
+    ] {
+        let found = wrong.differences(&bits).len();
+        assert!(found > 100 * FEW, "{what}: {found}");
+    }
+    let spec = *mesh().spec();
+    let dropped = mesh_of(&[&triangles[..7], &triangles[8..]].concat());
+    let dropped = PreparedMesh::new(&dropped, spec, BakeOptions::SAMPLE_OFFSET).unwrap();
+    let dropped = compare_gpu(&mut sweeper, dropped, size).bits;
+    let found = dropped.differences(&bits).len();
+    assert!(found > 10 * FEW, "a dropped triangle: {found}");
+}
+
+#[test]
+fn a_bake_is_watched_and_stopped() {
+    let Some(context) = gpu() else { return };
+    let mesh = Sample::Table.mesh(None).unwrap();
+    let spec = placed(&mesh, 24);
+    let mut options = BakeOptions::recommended();
+    for max_distance in [None, Some(3.0)] {
+        options.max_distance = max_distance;
+        let mut baker = Baker::new(context, None);
+        let mut ready = baker.prepare(&mesh, spec, &options).unwrap();
+        let stop = |_: Progress| ControlFlow::Break(());
+        assert_eq!(ready.bake(&stop), Err(BakeError::Cancelled));
+        // What it has left behind is not seen again.
+        let most = std::sync::atomic::AtomicUsize::new(0);
+        let watch = |progress: Progress| {
+            most.fetch_max(progress.done, std::sync::atomic::Ordering::Relaxed);
+            ControlFlow::Continue(())
+        };
+        let raw = ready.bake(&watch).unwrap();
+        assert_eq!(most.into_inner(), spec.cell_count());
+        assert_eq!(raw, bake(context, &mesh, spec, &options));
+    }
+}
+
+/// A device of this test alone.
+fn own_device(limits: Limits) -> Option<Context> {
+    gpu()?;
+    let instance = aogrid_baker_gpu::wgpu::Instance::new(
+        aogrid_baker_gpu::wgpu::InstanceDescriptor::new_without_display_handle(),
+    );
+    let backends = aogrid_baker_gpu::wgpu::Backends::PRIMARY;
+    let adapters = pollster::block_on(instance.enumerate_adapters(backends));
+    let name = &gpu()?.adapter().name;
+    let adapter = adapters.iter().find(|a| a.get_info().name == *name)?;
+    Some(Context::with_limits(adapter, limits).expect("it gives another device"))
+}
+
+#[test]
+fn a_lost_device_is_an_error_and_no_panic() {
+    let mesh = Sample::Table.mesh(None).unwrap();
+    let spec = placed(&mesh, 24);
+    let mut options = BakeOptions::recommended();
+    for max_distance in [None, Some(3.0)] {
+        options.max_distance = max_distance;
+        let Some(context) = own_device(Limits::defaults()) else {
+            return;
+        };
+        let mut baker = Baker::new(&context, None);
+        let mut ready = baker.prepare(&mesh, spec, &options).unwrap();
+        let destroy = |_: Progress| {
+            context.device().destroy();
+            ControlFlow::Continue(())
+        };
+        let lost = ready.bake(&destroy);
+        assert!(matches!(lost, Err(BakeError::Lost(_))), "{lost:?}");
+        drop(ready);
+        let again = baker.prepare(&mesh, spec, &options).err();
+        assert!(matches!(again, Some(BakeError::Lost(_))), "{again:?}");
+        // A caller's device is noticed to be lost, too.
+        let theirs = own_device(Limits::defaults()).unwrap();
+        let ours = Context::from_device(theirs.device(), theirs.queue());
+        let mut baker = Baker::new(&ours, None);
+        let mut ready = baker.prepare(&mesh, spec, &options).unwrap();
+        theirs.device().destroy();
+        let lost = ready.bake(UNOBSERVED);
+        assert!(matches!(lost, Err(BakeError::Lost(_))), "{lost:?}");
+    }
+}
+
+#[test]
+fn small_limits_give_the_same_grid_or_an_error_that_says_so() {
+    let mut least = Limits::defaults();
+    // WebGPU guarantees 128 times this.
+    least.max_storage_buffer_binding_size = 1 << 20;
+    least.max_buffer_size = 1 << 26;
+    let Some(context) = own_device(least) else {
+        return;
+    };
+    let Some(usual) = gpu() else { return };
+    let options = BakeOptions::recommended();
+    let mesh = Sample::Robot.mesh(None).unwrap();
+    let spec = placed(&mesh, 16);
+    let expected = bake(usual, &mesh, spec, &options);
+    assert_eq!(bake(&context, &mesh, spec, &options), expected);
+    let large = Sample::Sphere.mesh(Some(100_000)).unwrap();
+    let spec = placed(&large, 8);
+    let mut baker = Baker::new(&context, None);
+    let error = baker.prepare(&large, spec, &options).err();
+    assert!(
+        matches!(error, Some(BakeError::TooLarge { .. })),
+        "{error:?}"
+    );
+}
+
+#[test]
+fn an_adapter_that_is_not_there_is_named() {
+    let error = Context::new(&Choice::Named("Voodoo 2".into())).err();
+    assert!(matches!(error, Some(ContextError::NotFound { .. })));
+    let message = error.unwrap().to_string();
+    assert!(
+        message.starts_with("no adapter is named like `Voodoo 2`"),
+        "{message}"
+    );
 }

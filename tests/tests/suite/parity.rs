@@ -16,7 +16,7 @@ const PROMISED: f64 = 8.0 / 50e6;
 /// none.
 const LONGEST_RUN: usize = 3;
 
-fn assert_alike(parity: &Parity, allowed: usize, what: &str) {
+pub(crate) fn assert_alike(parity: &Parity, allowed: usize, what: &str) {
     let found = parity.differences.len();
     println!(
         "{what}: {found} of {} texels differ, {} are occluded",
@@ -32,7 +32,7 @@ fn assert_alike(parity: &Parity, allowed: usize, what: &str) {
 
 /// Small comparisons see a promised difference once in a hundred times, and one must not fail
 /// a test: what they are after is hundreds.
-const FEW: usize = 1;
+pub(crate) const FEW: usize = 1;
 
 #[test]
 fn samples_are_alike_at_any_resolution_and_face_size() {
@@ -58,9 +58,9 @@ fn numbers(seed: u32) -> impl FnMut() -> f32 {
     }
 }
 
-type Corners = [[f32; 3]; 3];
+pub(crate) type Corners = [[f32; 3]; 3];
 
-fn soup(n: usize, size: f32) -> Vec<Corners> {
+pub(crate) fn soup(n: usize, size: f32) -> Vec<Corners> {
     let mut next = numbers(n as u32);
     let mut triangle = || {
         let centre = [next(), next(), next()];
@@ -174,6 +174,26 @@ fn boxes_on_the_lattice_are_the_same() {
 /// exact multiples of what it wraps at.
 #[test]
 fn hundreds_of_layers_are_counted() {
+    let copies = |n: usize| -> Vec<Corners> { stack_of_sheets(1).repeat(n) };
+    let cases = [
+        ("stack of 256", stack_of_sheets(256)),
+        ("stack of 300", stack_of_sheets(300)),
+        ("256 copies", copies(256)),
+        ("128 copies", copies(128)),
+        (
+            "512 copies and a stack",
+            [copies(512), stack_of_sheets(256)].concat(),
+        ),
+    ];
+    let few = [cuboid([-1.0, 0.0, -1.0], [1.0, 0.3, 1.1])].concat();
+    for (what, triangles) in cases {
+        let mesh = mesh_of(&[&triangles[..], &few[..1]].concat());
+        assert_alike(&compare(&prepared(&mesh, [8, 12, 8]), 8), FEW, what);
+    }
+}
+
+/// So many sheets, a thousandth above each other.
+pub(crate) fn stack_of_sheets(n: u16) -> Vec<Corners> {
     let sheet = |y: f32| {
         let [a, b, c, d] = [
             [-1.0, y, -1.0],
@@ -183,21 +203,7 @@ fn hundreds_of_layers_are_counted() {
         ];
         [[a, b, c], [a, c, d]]
     };
-    let stack =
-        |n: u16| -> Vec<Corners> { (0..n).flat_map(|i| sheet(f32::from(i) / 1000.0)).collect() };
-    let copies = |n: usize| -> Vec<Corners> { [&sheet(0.0)[..]].repeat(n).concat() };
-    let cases = [
-        ("stack of 256", stack(256)),
-        ("stack of 300", stack(300)),
-        ("256 copies", copies(256)),
-        ("128 copies", copies(128)),
-        ("512 copies and a stack", [copies(512), stack(256)].concat()),
-    ];
-    let few = [cuboid([-1.0, 0.0, -1.0], [1.0, 0.3, 1.1])].concat();
-    for (what, triangles) in cases {
-        let mesh = mesh_of(&[&triangles[..], &few[..1]].concat());
-        assert_alike(&compare(&prepared(&mesh, [8, 12, 8]), 8), FEW, what);
-    }
+    (0..n).flat_map(|i| sheet(f32::from(i) / 1000.0)).collect()
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use anyhow::Context;
 use aogrid_bake_core::{BakeOptions, Kernel, Placement, mesh, post};
-use aogrid_baker_gpu::{Choice, Context};
+use aogrid_baker_gpu::{self as gpu, Choice};
 use aogrid_grid_format::{Method, Source};
 use serde::Serialize;
 
@@ -144,7 +144,9 @@ fn backends(args: &Args) -> anyhow::Result<Vec<Backend>> {
         Asked::Gpu(choice) => Some(choice),
         Asked::Named(name) => Some(Choice::Named(name)),
         // Without a real GPU there are only the CPU's rows.
-        Asked::Auto => Context::new(&Choice::Real).is_ok().then_some(Choice::Real),
+        Asked::Auto => gpu::Context::new(&Choice::Real)
+            .is_ok()
+            .then_some(Choice::Real),
     };
     let kernels = match args.sampling.kernel() {
         Some(one) => vec![one],

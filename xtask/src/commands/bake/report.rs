@@ -43,8 +43,8 @@ impl KernelReport {
     pub(super) fn new(by: By) -> Self {
         Self {
             name: by.kernel.name(),
-            reason: by.why_rays,
             backend: by.backend(),
+            reason: by.why_rays,
             adapter: by.adapter,
             driver: by.driver,
             why_cpu: by.why_cpu,
