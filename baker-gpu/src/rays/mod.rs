@@ -33,6 +33,13 @@ const MOST_CELLS: usize = 1 << 20;
 /// What a ray costs, about, see [`Pace`]: visits of nodes.
 const VISITS: f64 = 100.0;
 
+/// Texels of a workgroup: those of six faces of 16². Mesa's software stops the loops of an
+/// invocation after 65,535 rounds, silently, and no texel's walk comes near a 24th of that.
+const TEXELS: u32 = 1536;
+
+/// Random rays a cell, at most, on software: for the same reason.
+const MOST_RAYS_ON_SOFTWARE: u32 = 1 << 14;
+
 /// Numbers a cell: count, a and the three of m; or count and three sums of two words.
 const FACE_SUMS: usize = 5;
 const RANDOM_SUMS: usize = 7;
@@ -182,7 +189,8 @@ impl Caster {
     }
 
     /// [`Caster::bake`] of six faces a cell without a tree, an invocation a cell: for tiny
-    /// meshes, to read and to check the others by.
+    /// meshes (on software of up to 65,535 texels times triangles), to read and to check the
+    /// others by.
     ///
     /// # Errors
     ///
@@ -201,6 +209,19 @@ impl Caster {
         Ok(self.run(mesh, options, Variant::Naive, true, unobserved)?.0)
     }
 
+    fn refuse_too_many(&self, method: Method) -> Result<(), BakeError> {
+        let is_software = self.context.adapter().device_type == wgpu::DeviceType::Cpu;
+        match method {
+            Method::Rays { count, .. } if is_software && count > MOST_RAYS_ON_SOFTWARE => {
+                Err(BakeError::Refused(format!(
+                    "{count} rays a cell are more than {MOST_RAYS_ON_SOFTWARE}, which software \
+                     that plays a GPU can take: bake on the CPU"
+                )))
+            }
+            Method::Rays { .. } | Method::Faces { .. } => Ok(()),
+        }
+    }
+
     fn run(
         &mut self,
         mesh: &UploadedTree,
@@ -210,6 +231,7 @@ impl Caster {
         observer: Observer<'_>,
     ) -> Result<(RawGrid, FaceBits), BakeError> {
         options.validate()?;
+        self.refuse_too_many(options.method)?;
         let Self {
             context,
             kernels,
@@ -314,13 +336,11 @@ impl Job<'_> {
             }
             _ => (self.scene.n_cells, rays * VISITS),
         };
-        let extent = Extent {
-            n,
-            y: 1,
-            z: 1,
-            units,
+        let y = match self.variant {
+            Variant::Faces | Variant::FacesWithBits => self.scene.n_directions.div_ceil(TEXELS),
+            Variant::Random | Variant::Naive => 1,
         };
-        work.dispatch(kernel, &bound, extent)?;
+        work.dispatch(kernel, &bound, Extent { n, y, z: 1, units })?;
         let wanted: Vec<_> = buffers
             .iter()
             .zip(results)
@@ -496,7 +516,9 @@ fn shader(variant: Variant, directions: bool) -> Shader {
             entry_points: vec!["naive"],
         };
     }
-    let constants = constants.boolean("BITS", variant == Variant::FacesWithBits);
+    let constants = constants
+        .boolean("BITS", variant == Variant::FacesWithBits)
+        .unsigned("TEXELS", TEXELS);
     Shader {
         name,
         source: constants.before(&[chunk, any_hit, include_str!("faces.wgsl")]),

@@ -19,11 +19,14 @@ fn naive(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     for (var texel = 0u; texel < scene.n_directions; texel++) {
         let direction = directions[texel];
         let ray = ray_from(sample_of(scene.first_cell + idx), direction.xyz, direction.w);
-        var is_hidden = false;
-        for (var triangle = 0u; triangle < scene.n_triangles && !is_hidden; triangle++) {
-            is_hidden = meets(ray, triangle);
+        var hidden = false;
+        for (var triangle = 0u; triangle < scene.n_triangles; triangle++) {
+            if meets(ray, triangle) {
+                hidden = true;
+                break;
+            }
         }
-        if is_hidden {
+        if hidden {
             count++;
             sum += shares[texel];
         }

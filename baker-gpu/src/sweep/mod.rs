@@ -64,8 +64,15 @@ const SUMS: u64 = 5;
 /// of one edge are shared out.
 const ENOUGH_INVOCATIONS: u32 = 1 << 15;
 
-/// Invocations that share an edge, at most.
+/// Invocations that share an edge, at most, where that is all it is for.
 const MOST_PARTS: u32 = 32;
+
+/// Steps that an invocation should count, at most: Mesa's software stops its loops after
+/// 65,535 rounds, silently.
+const MOST_STEPS: f64 = (1 << 14) as f64;
+
+/// WebGPU's limit on workgroups along an axis of a dispatch.
+const MOST_WORKGROUPS: u32 = 65_535;
 
 /// Bakes faces by the direction sweep, again and again with the same buffers.
 pub struct Sweeper {
@@ -477,16 +484,17 @@ impl<'a> Bound<'a> {
             padded.resize(size, 0);
             bake.work.upload(label, BufferUsages::UNIFORM, &padded)
         };
+        let [_, v, w] = view.axes;
+        let edge = bake.mesh.buffers.edge_cells;
+        let edge_levels = (edge[v] + view.shear[1] * edge[w]) * f64::from(view.cells[2]);
         let data = Frame {
             n_vertices: mesh.vertices().len() as u32,
             n_triangles: mesh.triangles().len() as u32,
             n_pairs: bake.mesh.buffers.n_pairs,
             n_edges: bake.mesh.buffers.n_edges,
-            parts: parts(bake.mesh.buffers.n_edges * run.pass.n_rows),
+            parts: parts(bake.mesh.buffers.n_edges, run.pass, edge_levels),
             ..view.frame(run.pass, &found, mesh.lattice().bits())
         };
-        let [_, v, w] = view.axes;
-        let edge = bake.mesh.buffers.edge_cells;
         let table = TABLE * 16;
         Self {
             run,
@@ -499,7 +507,7 @@ impl<'a> Bound<'a> {
                 bytemuck::cast_slice(&bake.shares(run.pass)),
                 table,
             ),
-            edge_levels: (edge[v] + view.shear[1] * edge[w]) * f64::from(view.cells[2]),
+            edge_levels,
             data,
         }
     }
@@ -629,9 +637,17 @@ fn line(invocations: u32, units: f64) -> Extent {
     }
 }
 
-/// In how many parts the levels of each edge are shared out.
-fn parts(pairs: u32) -> u32 {
-    (ENOUGH_INVOCATIONS / pairs.max(1)).clamp(1, MOST_PARTS)
+/// In how many parts the levels of each edge are shared out: so that there are enough
+/// invocations, and that none loops too long.
+fn parts(n_edges: u32, pass: &Pass, edge_levels: f64) -> u32 {
+    let for_many = ENOUGH_INVOCATIONS / (n_edges * pass.n_rows).max(1);
+    // All of an invocation's share of pairs at the worst, in every direction of every block.
+    let steps = edge_levels * f64::from(pass.n_rows * pass.n_blocks * LANES);
+    let for_short = (steps / MOST_STEPS).ceil() as u32;
+    for_many
+        .min(MOST_PARTS)
+        .max(for_short)
+        .clamp(1, MOST_WORKGROUPS)
 }
 
 impl Kernels {
