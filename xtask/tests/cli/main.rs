@@ -4,6 +4,8 @@
 mod bake;
 /// Bad input and bad places for output: one line each.
 mod errors;
+/// Baking on a GPU, and naming one.
+mod gpu;
 /// Being killed, interrupted, and running out of disk.
 mod interruption;
 /// Looking at, comparing and exporting grids.
