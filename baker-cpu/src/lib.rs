@@ -45,6 +45,6 @@ mod triangle;
 pub use aogrid_bake_core::{Kernel, WhyRays};
 pub use bake::{BakeError, bake};
 pub use baker::{Baker, Prepared};
-pub use occluder::Occluder;
+pub use occluder::{Hit, Occluder};
 pub use snapped::SnappedRays;
 pub use sweep::Sweeper;

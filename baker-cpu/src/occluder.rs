@@ -15,6 +15,9 @@ use crate::triangle::Ray;
 /// look, and far more than single precision rounds (2⁻²⁴ · 8).
 const PADDING: f32 = 1.0 / 4096.0;
 
+/// A ray walks the hierarchy this much farther than it reaches: what [`PADDING`] grows boxes by.
+const SLACK: f64 = 2.0 * PADDING as f64;
+
 /// A ray that starts farther off than this, in the mesh's scale, walks the hierarchy from
 /// nearer: a thousand times farther the rounding of its origin would approach [`PADDING`].
 const NEAR: f64 = 64.0;
@@ -29,8 +32,19 @@ pub struct Occluder {
     hierarchy: CwBvh,
     /// In the order of the hierarchy's leaves.
     triangles: Vec<[[f64; 3]; 3]>,
+    /// Which triangle of the mesh each is; of equal ones the first.
+    indices: Vec<u32>,
     center: [f64; 3],
     scale: f64,
+}
+
+/// What a ray meets first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// From the ray's origin, in object units.
+    pub distance: f64,
+    /// The triangle's index in the mesh; of several at that distance the smallest.
+    pub triangle: u32,
 }
 
 /// A triangle's padded box.
@@ -54,7 +68,7 @@ impl Occluder {
         let corner = |vertex: u32| local(mesh.positions()[vertex as usize]);
         let boxes: Vec<_> = (0..)
             .zip(&distinct)
-            .map(|(idx, t)| padded_box(t.map(corner), idx))
+            .map(|(idx, &t)| padded_box(mesh.triangles()[t as usize].map(corner), idx))
             .collect();
         let hierarchy = build_cwbvh(
             &boxes,
@@ -65,15 +79,20 @@ impl Occluder {
             .iter()
             .fold(Aabb::empty(), |all, one| all.union(&one.0));
         drop(boxes);
-        let triangles = hierarchy
+        let indices: Vec<_> = hierarchy
             .primitive_indices
             .iter()
-            .map(|&t| distinct[t as usize].map(corner))
+            .map(|&t| distinct[t as usize])
+            .collect();
+        let triangles = indices
+            .iter()
+            .map(|&t| mesh.triangles()[t as usize].map(corner))
             .collect();
         Self {
             bounds,
             hierarchy,
             triangles,
+            indices,
             center,
             scale,
         }
@@ -87,13 +106,51 @@ impl Occluder {
         self.hides_from_center(from_center, direction.map(|v| v / length), reach)
     }
 
+    /// The first triangle in `direction` (of any length but zero) from `origin` (object space),
+    /// at a distance above zero.
+    pub fn nearest(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<Hit> {
+        let origin = std::array::from_fn(|x| (origin[x] - self.center[x]) * self.scale);
+        let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let unit = direction.map(|v| v / length);
+        let (mut coarse, skip) = coarse_ray(origin, unit, f64::INFINITY);
+        if self.bounds.intersect_ray(&coarse) == f32::INFINITY {
+            return None;
+        }
+        let exact = Ray::new(origin, unit, f64::INFINITY);
+        let mut nearest: Option<Hit> = None;
+        use glam::UVec2; // the macro names it
+        let mut state = self.hierarchy.new_traversal(coarse.direction);
+        let mut node;
+        obvhs::traverse!(
+            self.hierarchy,
+            node,
+            state,
+            node.intersect_ray(&coarse, state.oct_inv4),
+            {
+                let leaf = state.primitive_id as usize;
+                if let Some(distance) = exact.distance(&self.triangles[leaf]) {
+                    let triangle = self.indices[leaf];
+                    // Where surfaces coincide the order of the hierarchy must not decide.
+                    if nearest.is_none_or(|n| (distance, triangle) < (n.distance, n.triangle)) {
+                        nearest = Some(Hit { distance, triangle });
+                        coarse.tmax = (distance - skip + SLACK) as f32;
+                    }
+                }
+            }
+        );
+        nearest.map(|hit| Hit {
+            distance: hit.distance / self.scale,
+            ..hit
+        })
+    }
+
     /// [`Occluder::hides`] for an origin relative to [`Occluder::center`], where mirror images
     /// have exactly opposite coordinates, and a direction of length 1.
     pub(crate) fn hides_from_center(&self, origin: [f64; 3], unit: [f64; 3], reach: f64) -> bool {
         let [x, y, z] = origin;
         let origin = [x * self.scale, y * self.scale, z * self.scale];
         let reach = reach * self.scale;
-        let coarse = coarse_ray(origin, unit, reach);
+        let (coarse, _) = coarse_ray(origin, unit, reach);
         // Most of the sky is nowhere near the mesh.
         if self.bounds.intersect_ray(&coarse) == f32::INFINITY {
             return false;
@@ -125,8 +182,9 @@ impl Occluder {
 }
 
 /// The ray that walks the hierarchy, in single precision. The mesh lies within √3 of the
-/// centre, so that a ray from afar can start nearer without missing anything.
-fn coarse_ray(origin: [f64; 3], unit: [f64; 3], reach: f64) -> obvhs::ray::Ray {
+/// centre, so that a ray from afar can start nearer without missing anything; how much nearer
+/// comes with it.
+fn coarse_ray(origin: [f64; 3], unit: [f64; 3], reach: f64) -> (obvhs::ray::Ray, f64) {
     let squared = origin[0] * origin[0] + origin[1] * origin[1] + origin[2] * origin[2];
     let skip = if squared > NEAR * NEAR {
         squared.sqrt() - NEAR / 2.0
@@ -137,13 +195,13 @@ fn coarse_ray(origin: [f64; 3], unit: [f64; 3], reach: f64) -> obvhs::ray::Ray {
     // Adding zero turns −0 into +0: the traversal takes the inverse of the one for positive and
     // its sign for negative, and misses what lies ahead.
     let along = |x: usize| unit[x] as f32 + 0.0;
-    let slack = 2.0 * f64::from(PADDING);
-    obvhs::ray::Ray::new(
+    let ray = obvhs::ray::Ray::new(
         Vec3A::new(start(0), start(1), start(2)),
         Vec3A::new(along(0), along(1), along(2)),
         0.0,
-        (reach - skip + slack) as f32,
-    )
+        (reach - skip + SLACK) as f32,
+    );
+    (ray, skip)
 }
 
 /// 2ⁿ such that the largest half-extent times it is in (½, 1].
@@ -156,27 +214,28 @@ fn scale_to_one(half_extents: [f64; 3]) -> f64 {
     (-largest.log2().ceil()).exp2()
 }
 
-/// The triangles' corners without repetitions: the same three, in any order, hide the same
+/// The triangles without repetitions: the same three corners, in any order, hide the same
 /// directions, and a hierarchy over many equal boxes takes forever to build.
-fn distinct_triangles(mesh: &TriangleMesh) -> Vec<[u32; 3]> {
+fn distinct_triangles(mesh: &TriangleMesh) -> Vec<u32> {
     let place = |vertex: u32| mesh.positions()[vertex as usize].map(|v| (v + 0.0).to_bits());
     let mut keyed: Vec<_> = mesh
         .triangles()
         .iter()
-        .map(|&t| {
+        .zip(0_u32..)
+        .map(|(t, idx)| {
             let mut key = t.map(place);
             key.sort_unstable();
-            (key, t)
+            (key, idx)
         })
         // With two corners at one place it hides nothing.
         .filter(|(key, _)| key[0] != key[1] && key[1] != key[2])
         .collect();
     keyed.sort_unstable();
     keyed.dedup_by_key(|(key, _)| *key);
-    let distinct: Vec<_> = keyed.into_iter().map(|(_, t)| t).collect();
+    let distinct: Vec<_> = keyed.into_iter().map(|(_, idx)| idx).collect();
     // A hierarchy of nothing is none.
     match distinct.is_empty() {
-        true => mesh.triangles()[..1].to_vec(),
+        true => vec![0],
         false => distinct,
     }
 }
@@ -222,6 +281,19 @@ mod tests {
         occluder.triangles.iter().any(|t| ray.meets(t))
     }
 
+    fn nearest_by_force(occluder: &Occluder, origin: [f64; 3], direction: [f64; 3]) -> Option<Hit> {
+        let local = std::array::from_fn(|x| (origin[x] - occluder.center[x]) * occluder.scale);
+        let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let ray = Ray::new(local, direction.map(|v| v / length), f64::INFINITY);
+        let hits = occluder.triangles.iter().zip(&occluder.indices);
+        let hits = hits.filter_map(|(t, &triangle)| Some((ray.distance(t)?, triangle)));
+        hits.min_by(|a, b| a.partial_cmp(b).unwrap())
+            .map(|(distance, triangle)| Hit {
+                distance: distance / occluder.scale,
+                triangle,
+            })
+    }
+
     fn moved(sample: Sample, scale: f32, offset: f32) -> TriangleMesh {
         let mesh = sample.mesh(None).unwrap();
         let place = |p: &[f32; 3]| p.map(|v| v * scale + offset);
@@ -248,6 +320,10 @@ mod tests {
                             true => std::array::from_fn(|x| occluder.center[x] + to[x] - origin[x]),
                             false => to,
                         };
+                        assert_eq!(
+                            occluder.nearest(origin, direction),
+                            nearest_by_force(&occluder, origin, direction)
+                        );
                         for reach in [f64::INFINITY, size] {
                             let expected = brute_force(&occluder, origin, direction, reach);
                             assert_eq!(occluder.hides(origin, direction, reach), expected);

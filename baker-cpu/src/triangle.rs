@@ -53,7 +53,22 @@ impl Ray {
         ]
     }
 
+    /// Whether the triangle lies on the ray, within its reach.
     pub(crate) fn meets(&self, corners: &[[f64; 3]; 3]) -> bool {
+        // Comparing without dividing keeps the sign exact.
+        self.crossing(corners)
+            .is_some_and(|[t, det]| t > 0.0 && t <= self.reach * det)
+    }
+
+    /// How far along the ray the triangle lies, in lengths of the direction, if it is met.
+    pub(crate) fn distance(&self, corners: &[[f64; 3]; 3]) -> Option<f64> {
+        let [t, det] = self.crossing(corners)?;
+        (t > 0.0 && t <= self.reach * det).then(|| t / det)
+    }
+
+    /// Where the ray's line crosses the triangle: t and det > 0, of which t/det is the distance.
+    #[inline(always)]
+    fn crossing(&self, corners: &[[f64; 3]; 3]) -> Option<[f64; 2]> {
         let [a, b, c] = [
             self.sheared(corners[0]),
             self.sheared(corners[1]),
@@ -65,13 +80,11 @@ impl Ray {
         let positive = u > 0.0 || v > 0.0 || w > 0.0;
         if negative == positive {
             // Outside; or the triangle is seen edge-on, and its neighbours decide.
-            return false;
+            return None;
         }
         let det = u + v + w;
         let t = self.scale * (u * a[2] + v * b[2] + w * c[2]);
-        // t/det is the distance; comparing without dividing keeps the sign exact.
-        let t = if det > 0.0 { t } else { -t };
-        t > 0.0 && t <= self.reach * det.abs()
+        Some([if det > 0.0 { t } else { -t }, det.abs()])
     }
 }
 
