@@ -31,7 +31,7 @@
 //!
 //! [`bake()`] is all it takes for a grid; a [`Baker`] kept warm bakes again and again and says
 //! which kernel it uses. An [`Occluder`] bakes by rays and answers single ones
-//! ([`Occluder::hides`]), for ground truth; a [`Sweeper`] bakes a prepared mesh, and gives the
+//! ([`Occluder::hides`], [`Occluder::nearest`]); [`truth`] shades with them. A [`Sweeper`] bakes a prepared mesh, and gives the
 //! faces' bits. Threads are those of the `rayon` pool in which the call runs.
 
 mod bake;
@@ -41,6 +41,7 @@ mod occluder;
 mod snapped;
 mod sweep;
 mod triangle;
+pub mod truth;
 
 pub use aogrid_bake_core::{Kernel, WhyRays};
 pub use bake::{BakeError, bake};

@@ -11,11 +11,14 @@ mod console;
 mod interrupt;
 mod npy;
 mod output;
+pub mod scene;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use commands::{adapters, bake, bench, ci, diff, export, info, sample, slices, tables, verify};
+use commands::{
+    adapters, bake, bench, ci, diff, export, info, render, sample, slices, tables, verify,
+};
 use console::Console;
 
 #[derive(Parser)]
@@ -44,6 +47,7 @@ enum Command {
     Slices(slices::Args),
     Sample(sample::Args),
     Export(export::Args),
+    Render(Box<render::Args>),
     Bench(bench::Args),
     Adapters(adapters::Args),
     Tables(tables::Args),
@@ -64,6 +68,7 @@ pub fn run() -> ExitCode {
         Command::Slices(args) => slices::run(&args, &console),
         Command::Sample(args) => sample::run(&args, &console),
         Command::Export(args) => export::run(&args, &console),
+        Command::Render(args) => render::run(&args, &console),
         Command::Bench(args) => bench::run(&args, &console),
         Command::Adapters(args) => adapters::run(&args, &console),
         Command::Tables(args) => tables::run(&args, &console),

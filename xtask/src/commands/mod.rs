@@ -7,6 +7,7 @@ pub(crate) mod ci;
 pub(crate) mod diff;
 pub(crate) mod export;
 pub(crate) mod info;
+pub(crate) mod render;
 pub(crate) mod sample;
 pub(crate) mod slices;
 pub(crate) mod tables;

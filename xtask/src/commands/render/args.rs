@@ -1,0 +1,109 @@
+//! The command line of `render`.
+
+use std::path::PathBuf;
+
+use anyhow::bail;
+use aogrid_baker_cpu::truth::TruthOptions;
+use clap::ValueEnum;
+
+/// Render a scene: its picture as PNG or EXR, or its receivers as CSV
+///
+/// The ending of OUT decides. PNG: 1 − AO as linear grey, or light with sRGB's curve where the
+/// scene is lit; several modes stand side by side. EXR: float channels AO, AO.stderr and, of a
+/// lit scene, R, G, B, each after the mode's name. CSV: the list's columns and those of every mode.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// The scene file (TOML); docs/scenes.md explains it
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// How to shade; several with commas between
+    #[arg(long, value_enum, required = true, value_delimiter = ',')]
+    pub mode: Vec<Mode>,
+    /// The file to write: .png, .exr or .csv
+    #[arg(short, long, value_name = "OUT")]
+    pub out: PathBuf,
+    /// Write what the camera sees as an EXR, too: position, normal, object id
+    #[arg(long, value_name = "EXR")]
+    pub gbuffer: Option<PathBuf>,
+    /// Rays a receiver for the truth [default: the scene's, else 8192]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
+    pub samples: Option<u32>,
+    /// Seed of the truth's random numbers [default: the scene's, else 0]
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// What is farther than this does not occlude in the truth, in world units [default: the
+    /// scene's, else unlimited]
+    #[arg(long, value_name = "D", value_parser = positive, allow_hyphen_values = true)]
+    pub max_distance: Option<f64>,
+    /// Keep only the first N of the scene's occluders
+    #[arg(long, value_name = "N")]
+    pub occluders: Option<usize>,
+    /// Threads to work with [default: as many as there are processors]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+}
+
+/// A way to shade.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Mode {
+    /// By ray tracing the whole scene
+    Truth,
+}
+
+/// What is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum OutputKind {
+    Png,
+    Exr,
+    Csv,
+}
+
+impl Mode {
+    /// The name in channels and columns.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Truth => "truth",
+        }
+    }
+}
+
+impl Args {
+    /// By the output's ending.
+    pub(crate) fn kind(&self) -> anyhow::Result<OutputKind> {
+        let shown = self.out.display();
+        let ending = self.out.extension().unwrap_or_default();
+        let kind = [
+            ("png", OutputKind::Png),
+            ("exr", OutputKind::Exr),
+            ("csv", OutputKind::Csv),
+        ]
+        .into_iter()
+        .find(|(known, _)| ending.eq_ignore_ascii_case(known));
+        let Some((_, kind)) = kind else {
+            bail!("{shown}: a picture's name ends in .png or .exr, a list's in .csv");
+        };
+        if kind == OutputKind::Csv && self.gbuffer.is_some() {
+            bail!("{shown}: a list of receivers has no G-buffer; leave out --gbuffer");
+        }
+        for (idx, mode) in self.mode.iter().enumerate() {
+            if self.mode[..idx].contains(mode) {
+                bail!("mode `{}` is named twice", mode.name());
+            }
+        }
+        Ok(kind)
+    }
+
+    /// The scene's options where the command line says nothing.
+    pub(crate) fn apply_to(&self, options: &mut TruthOptions) {
+        options.samples = self.samples.unwrap_or(options.samples);
+        options.seed = self.seed.unwrap_or(options.seed);
+        options.max_distance = self.max_distance.or(options.max_distance);
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(v) if v > 0.0 && f64::is_finite(v) => Ok(v),
+        _ => Err("it must be a number above zero".into()),
+    }
+}

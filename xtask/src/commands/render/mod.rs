@@ -1,0 +1,100 @@
+//! `render`: a scene's picture, or its receivers, shaded in one or more ways.
+
+mod args;
+mod output;
+mod target;
+mod truth;
+
+use anyhow::{bail, ensure};
+use aogrid_baker_cpu::truth::Environment;
+
+pub(crate) use args::Args;
+use args::{Mode, OutputKind};
+use target::{Shaded, Target};
+
+use crate::commands::bake::use_threads;
+use crate::console::Console;
+use crate::scene::{self, GBuffer, LoadOptions, Scene};
+use crate::{interrupt, output as files};
+
+/// What every mode gets: add a file with a function of this to add a mode.
+pub(crate) struct Job<'a> {
+    pub scene: &'a Scene,
+    /// The points to shade.
+    pub target: &'a Target,
+    /// The scene's, if it has one.
+    pub environment: Option<Environment>,
+    pub console: &'a Console,
+}
+
+pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
+    let kind = args.kind()?;
+    files::check(&args.out)?;
+    files::check_not_input(&args.out, &args.scene)?;
+    if let Some(dump) = &args.gbuffer {
+        files::check(dump)?;
+        ensure!(
+            *dump != args.out,
+            "{}: the picture goes there",
+            dump.display()
+        );
+    }
+    use_threads(args.threads)?;
+    interrupt::listen();
+    let load = LoadOptions {
+        occluders: args.occluders,
+    };
+    let mut scene = scene::load(&args.scene, load)?;
+    args.apply_to(&mut scene.truth);
+    let target = target(args, kind, &scene, console)?;
+    let environment = scene.environment.as_ref();
+    let job = Job {
+        scene: &scene,
+        target: &target,
+        environment: environment.map(|e| e.load(console)).transpose()?,
+        console,
+    };
+    let shaded = args.mode.iter().map(|&mode| Ok((mode, shade(mode, &job)?)));
+    let shaded: Vec<(Mode, Shaded)> = shaded.collect::<anyhow::Result<_>>()?;
+    let bytes = match (kind, &target.picture, &scene.receivers) {
+        (OutputKind::Png, Some(picture), _) => output::png(&job, picture, &shaded)?,
+        (OutputKind::Exr, Some(picture), _) => output::exr(&job, picture, &shaded)?,
+        (_, _, Some(list)) => output::csv(&job, list, &shaded)?,
+        (_, _, None) => unreachable!("the target is a picture or the scene's list"),
+    };
+    files::write(&args.out, &bytes)?;
+    console.note(&format!("wrote {}", args.out.display()));
+    Ok(())
+}
+
+fn shade(mode: Mode, job: &Job<'_>) -> anyhow::Result<Shaded> {
+    match mode {
+        Mode::Truth => truth::shade(job),
+    }
+}
+
+/// The points that the output is about; writes the G-buffer where it is asked for.
+fn target(
+    args: &Args,
+    kind: OutputKind,
+    scene: &Scene,
+    console: &Console,
+) -> anyhow::Result<Target> {
+    if let OutputKind::Csv = kind {
+        let Some(list) = &scene.receivers else {
+            bail!(
+                "{}: it has no [receivers], which a CSV file would list",
+                args.scene.display()
+            );
+        };
+        return Ok(Target::of_list(list));
+    }
+    let bar = console.progress("rays from the camera");
+    let gbuffer = GBuffer::trace(scene, &|progress| bar.observe(progress))?;
+    drop(bar);
+    if let Some(dump) = &args.gbuffer {
+        files::write(dump, &gbuffer.to_exr()?)?;
+        console.note(&format!("wrote {}", dump.display()));
+    }
+    Ok(Target::of_picture(gbuffer))
+}

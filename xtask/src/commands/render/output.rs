@@ -1,0 +1,190 @@
+//! Pictures and tables of what was shaded.
+
+use std::io::Cursor;
+
+use anyhow::Context;
+use image::{ImageFormat, Rgb, RgbImage};
+
+use super::args::Mode;
+use super::{Job, Shaded};
+use crate::scene::{self, GBuffer, ReceiverList};
+
+/// Between modes that stand side by side, in pixels.
+const GAP: u32 = 4;
+const GAP_COLOUR: [u8; 3] = [24, 24, 28];
+
+/// The modes side by side.
+pub(super) fn png(
+    job: &Job<'_>,
+    (gbuffer, pixels): &(GBuffer, Vec<usize>),
+    shaded: &[(Mode, Shaded)],
+) -> anyhow::Result<Vec<u8>> {
+    let [width, height] = gbuffer.size;
+    let modes = shaded.len() as u32;
+    let mut image = RgbImage::from_pixel(modes * (width + GAP) - GAP, height, Rgb(GAP_COLOUR));
+    let exposure = job.scene.exposure;
+    for (mode, (_, shaded)) in (0..).zip(shaded) {
+        let mut put = |pixel: usize, colour| {
+            let (x, y) = (pixel as u32 % width, pixel as u32 / width);
+            image.put_pixel(mode * (width + GAP) + x, y, Rgb(colour));
+        };
+        match shaded.light.as_ref().filter(|_| job.scene.shows_light) {
+            None => {
+                // Nothing hides the sky where nothing is.
+                (0..gbuffer.ids.len()).for_each(|pixel| put(pixel, [255; 3]));
+                for (&pixel, &ao) in pixels.iter().zip(&shaded.occlusion) {
+                    put(pixel, [byte(1.0 - ao); 3]);
+                }
+            }
+            Some(light) => {
+                for (pixel, colour) in sky(job, gbuffer).into_iter().enumerate() {
+                    put(pixel, display(colour, exposure));
+                }
+                for (idx, &pixel) in pixels.iter().enumerate() {
+                    put(pixel, display(reflected(job, idx, light[idx]), exposure));
+                }
+            }
+        }
+    }
+    let mut png = Cursor::new(Vec::new());
+    image
+        .write_to(&mut png, ImageFormat::Png)
+        .context("cannot encode the picture")?;
+    Ok(png.into_inner())
+}
+
+/// Channels of every mode: `AO`, `AO.stderr`, and of a lit scene `R`, `G`, `B` and their errors;
+/// of several modes each after the mode's name and a point.
+pub(super) fn exr(
+    job: &Job<'_>,
+    (gbuffer, pixels): &(GBuffer, Vec<usize>),
+    shaded: &[(Mode, Shaded)],
+) -> anyhow::Result<Vec<u8>> {
+    let sky = match job.scene.is_lit() {
+        true => sky(job, gbuffer),
+        false => vec![],
+    };
+    let mut channels = vec![];
+    let alone = shaded.len() == 1;
+    for (mode, shaded) in shaded {
+        for Column {
+            name,
+            values,
+            colour,
+        } in columns(job, shaded)
+        {
+            let mut all: Vec<f32> = match colour {
+                None => vec![0.0; gbuffer.ids.len()],
+                Some(c) => sky.iter().map(|colour| colour[c]).collect(),
+            };
+            for (&pixel, value) in pixels.iter().zip(values) {
+                all[pixel] = value;
+            }
+            let name = match alone {
+                true => name,
+                false => format!("{}.{name}", mode.name()),
+            };
+            channels.push(scene::channel(&name, all.into_iter()));
+        }
+    }
+    scene::exr(gbuffer.size, channels)
+}
+
+/// The list's own columns and, of every mode, AO under the mode's name, and what else there is
+/// under that name, a point, and its own.
+pub(super) fn csv(
+    job: &Job<'_>,
+    list: &ReceiverList,
+    shaded: &[(Mode, Shaded)],
+) -> anyhow::Result<Vec<u8>> {
+    let mut header = list.columns.clone();
+    let mut added: Vec<Vec<f32>> = vec![];
+    for (mode, shaded) in shaded {
+        for Column { name, values, .. } in columns(job, shaded) {
+            let mode = mode.name();
+            header.push(match name.strip_prefix("AO") {
+                Some(rest) => format!("{mode}{rest}"),
+                None => format!("{mode}.{name}"),
+            });
+            added.push(values);
+        }
+    }
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(&header)?;
+    for (idx, row) in list.rows.iter().enumerate() {
+        let values = added.iter().map(|values| values[idx].to_string());
+        writer.write_record(row.iter().cloned().chain(values))?;
+    }
+    writer.into_inner().context("cannot write the table")
+}
+
+/// Values for every receiver.
+struct Column {
+    name: String,
+    values: Vec<f32>,
+    /// Which colour of the sky stands where there is no receiver; none: 0 does.
+    colour: Option<usize>,
+}
+
+fn columns(job: &Job<'_>, shaded: &Shaded) -> Vec<Column> {
+    let column = |name: &str, values: Vec<f32>, colour| Column {
+        name: name.to_owned(),
+        values,
+        colour,
+    };
+    let mut columns = vec![column("AO", shaded.occlusion.clone(), None)];
+    if let Some(errors) = &shaded.occlusion_error {
+        columns.push(column("AO.stderr", errors.clone(), None));
+    }
+    for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
+        let of = |light: &[[f32; 3]]| {
+            let light = light.iter().enumerate();
+            light.map(|(idx, &l)| reflected(job, idx, l)[c]).collect()
+        };
+        if let Some(light) = &shaded.light {
+            columns.push(column(name, of(light), Some(c)));
+        }
+        if let Some(errors) = &shaded.light_error {
+            columns.push(column(&format!("{name}.stderr"), of(errors), None));
+        }
+    }
+    columns
+}
+
+/// The radiance from receiver `idx`, whose material is that of its instance, if that is known.
+fn reflected(job: &Job<'_>, idx: usize, light: [f32; 3]) -> [f32; 3] {
+    let id = job.target.ids[idx];
+    let instance = job.scene.instances.iter().find(|i| i.id == id);
+    let albedo = instance.map_or([1.0; 3], |i| job.scene.materials[i.material].albedo);
+    std::array::from_fn(|c| light[c] * albedo[c])
+}
+
+/// What each pixel would see if there were no objects.
+fn sky(job: &Job<'_>, gbuffer: &GBuffer) -> Vec<[f32; 3]> {
+    let [width, height] = gbuffer.size;
+    let pixels = (0..width * height).map(|pixel| [pixel % width, pixel / width]);
+    let (Some(environment), Some(camera)) = (&job.environment, &job.scene.camera) else {
+        return pixels.map(|_| job.scene.ambient).collect();
+    };
+    let radiance = |at| {
+        let [_, direction] = camera.ray(at);
+        let radiance = environment.radiance(direction.into());
+        std::array::from_fn(|c| radiance[c] + job.scene.ambient[c])
+    };
+    pixels.map(radiance).collect()
+}
+
+/// Radiance as sRGB: what is brighter than 1 after exposure is white.
+fn display(radiance: [f32; 3], exposure: f32) -> [u8; 3] {
+    radiance.map(|v| {
+        let v = (v * exposure).clamp(0.0, 1.0);
+        byte(match v {
+            v if v <= 0.003_130_8 => 12.92 * v,
+            v => 1.055 * v.powf(1.0 / 2.4) - 0.055,
+        })
+    })
+}
+
+fn byte(v: f32) -> u8 {
+    (255.0 * v.clamp(0.0, 1.0)).round() as u8
+}

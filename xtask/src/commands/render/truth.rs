@@ -1,0 +1,35 @@
+//! Mode `truth`: rays through all that casts.
+
+use anyhow::Context;
+use aogrid_baker_cpu::Occluder;
+use aogrid_baker_cpu::truth::{self, Lighting, Shade};
+
+use super::{Job, Shaded};
+
+pub(super) fn shade(job: &Job<'_>) -> anyhow::Result<Shaded> {
+    let scene = job.scene;
+    let lighting = Lighting {
+        ambient: scene.ambient,
+        environment: job.environment.clone(),
+        area_light: scene.area_light,
+    };
+    let casters = scene.flattened(|instance| instance.casts)?;
+    let occluder = casters.as_ref().map(Occluder::new);
+    let bar = job.console.progress("truth");
+    let shades = truth::shade(
+        occluder.as_ref(),
+        &job.target.receivers,
+        &lighting,
+        &scene.truth,
+        &|progress| bar.observe(progress),
+    )
+    .with_context(|| scene.path.display().to_string())?;
+    let lit =
+        |value: fn(&Shade) -> [f32; 3]| scene.is_lit().then(|| shades.iter().map(value).collect());
+    Ok(Shaded {
+        occlusion: shades.iter().map(|s| s.occlusion.mean).collect(),
+        occlusion_error: Some(shades.iter().map(|s| s.occlusion.standard_error).collect()),
+        light: lit(|s| s.light.map(|c| c.mean)),
+        light_error: lit(|s| s.light.map(|c| c.standard_error)),
+    })
+}

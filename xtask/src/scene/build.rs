@@ -1,0 +1,546 @@
+//! From a scene file's keys to a scene.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use aogrid_bake_core::mesh::{self, LoadedMesh, Part};
+use aogrid_bake_core::samples::{Sample, to_obj};
+use aogrid_bake_core::{BakeOptions, Extent, Placement, TriangleMesh};
+use aogrid_baker_cpu::truth::{AreaLight, TruthOptions};
+use aogrid_grid_format::{Method, Source as MeshSource};
+use glam::{DAffine3, DQuat, DVec3};
+use toml::Spanned;
+
+use super::camera::Camera;
+use super::environment::EnvironmentSource;
+use super::numbers::{OneOrThree, Whole, colour, triple};
+use super::places::Source;
+use super::schema::{
+    AreaLightFile, GridFile, InstanceFile, Layer, MaterialFile, MeshFile, SceneFile, ShowFile,
+    TruthFile, UpAxis,
+};
+use super::{
+    GridSource, Instance, LoadOptions, Material, ReceiverList, Scene, SceneMesh, receivers,
+};
+
+/// The most instances, parts counted one by one.
+const MAX_INSTANCES: usize = 65_535;
+
+/// What is built so far, and where errors are.
+pub(super) struct Builder<'a> {
+    source: &'a Source<'a>,
+    meshes: Vec<SceneMesh>,
+    /// The first mesh and their number for each name in the file, and whether it is a sheet.
+    named: HashMap<String, NamedMesh>,
+    materials: Vec<Material>,
+    instances: Vec<Instance>,
+}
+
+#[derive(Clone, Copy)]
+struct NamedMesh {
+    first: usize,
+    count: usize,
+    is_rectangle: bool,
+}
+
+impl<'a> Builder<'a> {
+    pub(super) fn new(source: &'a Source<'a>) -> Self {
+        let white = Material {
+            name: "white".into(),
+            albedo: [1.0; 3],
+        };
+        Self {
+            source,
+            meshes: vec![],
+            named: HashMap::new(),
+            materials: vec![white],
+            instances: vec![],
+        }
+    }
+
+    pub(super) fn build(mut self, file: SceneFile, options: LoadOptions) -> anyhow::Result<Scene> {
+        for material in file.materials {
+            self.material(material)?;
+        }
+        for mesh in file.meshes {
+            self.mesh(mesh)?;
+        }
+        for instance in file.instances {
+            self.instance(instance)?;
+        }
+        self.check_ids()?;
+        if let Some(limit) = options.occluders {
+            self.keep_occluders(limit);
+        }
+        let path = self.source.path;
+        let up_axis = file.up.unwrap_or_default();
+        let up = up_axis.vector();
+        let camera = match file.camera {
+            Some(camera) => Some(Camera::new(self.source, &camera, up)?),
+            None => None,
+        };
+        let receivers = match file.receivers {
+            Some(list) => Some(self.receivers(&list)?),
+            None => None,
+        };
+        let area_light = match file.area_light {
+            Some(light) => Some(self.area_light(&light)?),
+            None => None,
+        };
+        let environment = match file.environment {
+            Some(environment) => Some(EnvironmentSource::new(self.source, environment, up_axis)?),
+            None => None,
+        };
+        let picture = file.picture.as_ref();
+        let show = picture.and_then(|picture| picture.show);
+        let mut scene = Scene {
+            path: path.to_owned(),
+            up,
+            camera,
+            receivers,
+            instances: self.instances,
+            meshes: self.meshes,
+            materials: self.materials,
+            ambient: file.ambient.map_or([0.0; 3], colour),
+            area_light,
+            environment,
+            truth: truth_options(file.truth),
+            exposure: picture
+                .and_then(|picture| picture.exposure)
+                .map_or(1.0, |v| v.f32()),
+            shows_light: false,
+        };
+        scene.shows_light = match show {
+            Some(ShowFile::Ao) => false,
+            Some(ShowFile::Light) => true,
+            None => scene.is_lit(),
+        };
+        Ok(scene)
+    }
+
+    fn material(&mut self, file: MaterialFile) -> anyhow::Result<()> {
+        let name = file.name.get_ref();
+        if self.materials.iter().skip(1).any(|m| m.name == *name) {
+            return Err(self.twice(&file.name, "material"));
+        }
+        self.materials.push(Material {
+            name: name.clone(),
+            albedo: colour(file.albedo),
+        });
+        Ok(())
+    }
+
+    fn twice(&self, name: &Spanned<String>, what: &str) -> anyhow::Error {
+        let message = format!("there is a {what} `{}` already", name.get_ref());
+        self.source.at(name, &format!("{what}.name"), &message)
+    }
+
+    fn mesh(&mut self, file: Spanned<MeshFile>) -> anyhow::Result<()> {
+        let place = Spanned::new(file.span(), ());
+        let file = file.into_inner();
+        if self.named.contains_key(file.name.get_ref()) {
+            return Err(self.twice(&file.name, "mesh"));
+        }
+        let grid = self.grid(&file)?;
+        let loaded = self.load_mesh(&file, &place)?;
+        let name = file.name.get_ref();
+        let first = self.meshes.len();
+        if file.parts == Some(true) {
+            for idx in 0..loaded.mesh.parts().len() {
+                let part = loaded.mesh.parts()[idx].name.clone();
+                let mesh = self.part_of(&loaded, idx, &place)?;
+                self.push_mesh(format!("{name}/{part}"), mesh, &loaded, Some(part), &grid);
+            }
+        } else if let Some(part) = &file.part {
+            let parts = loaded.mesh.parts();
+            let Some(idx) = parts.iter().position(|p| p.name == *part.get_ref()) else {
+                let names: Vec<_> = parts.iter().map(|p| p.name.as_str()).collect();
+                let known = format!("no such part; there are: {}", names.join(", "));
+                return Err(self.source.at(part, "mesh.part", &known));
+            };
+            let mesh = self.part_of(&loaded, idx, &place)?;
+            let part = Some(part.get_ref().clone());
+            self.push_mesh(name.clone(), mesh, &loaded, part, &grid);
+        } else {
+            self.push_mesh(name.clone(), loaded.mesh.clone(), &loaded, None, &grid);
+        }
+        let named = NamedMesh {
+            first,
+            count: self.meshes.len() - first,
+            is_rectangle: file.rectangle.is_some(),
+        };
+        self.named.insert(name.clone(), named);
+        Ok(())
+    }
+
+    fn part_of(
+        &self,
+        loaded: &LoadedMesh,
+        idx: usize,
+        place: &Spanned<()>,
+    ) -> anyhow::Result<TriangleMesh> {
+        loaded
+            .mesh
+            .part(idx)
+            .map_err(|e| self.source.at(place, "mesh.parts", &e.to_string()))
+    }
+
+    fn push_mesh(
+        &mut self,
+        name: String,
+        mesh: TriangleMesh,
+        loaded: &LoadedMesh,
+        part: Option<String>,
+        grid: &GridSource,
+    ) {
+        self.meshes.push(SceneMesh {
+            name,
+            source: MeshSource {
+                part,
+                triangles: mesh.triangles().len() as u64,
+                ..MeshSource::from(loaded)
+            },
+            mesh,
+            grid: grid.clone(),
+        });
+    }
+
+    fn load_mesh(&self, file: &MeshFile, place: &Spanned<()>) -> anyhow::Result<LoadedMesh> {
+        let error = |key: &str, message: &str| self.source.at(place, key, message);
+        if file.parts.is_some() && file.part.is_some() {
+            return Err(error("mesh.part", "`parts` and `part` exclude each other"));
+        }
+        if file.triangles.is_some() && file.sample.is_none() {
+            return Err(error("mesh.triangles", "only a sample can be refined"));
+        }
+        match (&file.file, &file.sample, file.rectangle) {
+            (Some(name), None, None) => {
+                let path = resolve(self.source.path, name);
+                mesh::load(&path)
+                    .map_err(|e| anyhow::Error::new(e).context(path.display().to_string()))
+                    .with_context(|| error("mesh.file", "cannot use it").to_string())
+            }
+            (None, Some(name), None) => self.sample(name, file.triangles),
+            (None, None, Some(size)) => Ok(rectangle(size.map(|v| v.f32() / 2.0))),
+            _ => Err(error(
+                "mesh",
+                "exactly one of `file`, `sample` and `rectangle` is needed",
+            )),
+        }
+    }
+
+    fn sample(
+        &self,
+        name: &Spanned<String>,
+        triangles: Option<Whole<1, 20_000_000>>,
+    ) -> anyhow::Result<LoadedMesh> {
+        let Some(sample) = Sample::ALL.iter().find(|s| s.name() == name.get_ref()) else {
+            let names = Sample::ALL.map(Sample::name).join(", ");
+            let known = format!("no such sample; there are: {names}");
+            return Err(self.source.at(name, "mesh.sample", &known));
+        };
+        let mesh = sample
+            .mesh(triangles.map(|n| n.0 as usize))
+            .map_err(|e| self.source.at(name, "mesh.triangles", &e.to_string()))?;
+        Ok(made(mesh, sample.name()))
+    }
+
+    fn grid(&self, file: &MeshFile) -> anyhow::Result<GridSource> {
+        let Some(spanned) = &file.grid else {
+            return Ok(GridSource::Bake(
+                Placement::default(),
+                BakeOptions::recommended(),
+            ));
+        };
+        let grid = spanned.get_ref();
+        let error = |message: &str| self.source.at(spanned, "mesh.grid", message);
+        if let Some(name) = &grid.file {
+            if !is_file_alone(grid) {
+                return Err(error("with `file` there is nothing to bake"));
+            }
+            if file.parts == Some(true) {
+                return Err(error("a file is the grid of one mesh, not of its parts"));
+            }
+            return Ok(GridSource::File(resolve(self.source.path, name)));
+        }
+        if grid.epsilon.is_some() && grid.half_extents.is_some() {
+            return Err(error("`epsilon` and `half_extents` exclude each other"));
+        }
+        let placement = placement(grid);
+        let options = bake_options(grid).map_err(error)?;
+        options.validate().map_err(|e| error(&e.to_string()))?;
+        Ok(GridSource::Bake(placement, options))
+    }
+
+    fn instance(&mut self, file: Spanned<InstanceFile>) -> anyhow::Result<()> {
+        let place = Spanned::new(file.span(), ());
+        let file = file.into_inner();
+        let Some(&named) = self.named.get(file.mesh.get_ref()) else {
+            let message = format!("there is no mesh `{}`", file.mesh.get_ref());
+            return Err(self.source.at(&file.mesh, "instance.mesh", &message));
+        };
+        let material = match &file.material {
+            None => 0,
+            Some(name) => self.material_idx(name)?,
+        };
+        let (world_from_object, is_similarity) = self.transform(&file)?;
+        if self.instances.len() + named.count > MAX_INSTANCES {
+            let message = format!("more than {MAX_INSTANCES} instances");
+            return Err(self.source.at(&place, "instance", &message));
+        }
+        for (idx, mesh) in (named.first..named.first + named.count).enumerate() {
+            let id = match file.id {
+                Some(id) => id.0 + idx as u32,
+                None => 1 + self.instances.len() as u32,
+            };
+            let default_name = &self.meshes[mesh].name;
+            let name = match (&file.name, named.count) {
+                (None, _) => default_name.clone(),
+                (Some(name), 1) => name.clone(),
+                (Some(name), _) => {
+                    let part = self.meshes[mesh].source.part.as_deref();
+                    format!("{name}/{}", part.unwrap_or_default())
+                }
+            };
+            self.instances.push(Instance {
+                name,
+                id,
+                mesh,
+                world_from_object,
+                is_similarity,
+                // A sheet hides nothing from what stands on it, and its grid would be one of air.
+                casts: file.casts.unwrap_or(!named.is_rectangle),
+                strength: file.strength.map_or(1.0, |v| v.0 as f32),
+                layers: layers(file.layers.as_deref(), 1),
+                casts_on: layers(file.casts_on.as_deref(), u32::MAX),
+                excludes: file.excludes.iter().map(|id| id.0).collect(),
+                material,
+            });
+        }
+        Ok(())
+    }
+
+    fn material_idx(&self, name: &Spanned<String>) -> anyhow::Result<usize> {
+        let found = self
+            .materials
+            .iter()
+            .rposition(|m| m.name == *name.get_ref());
+        found.ok_or_else(|| {
+            let message = format!("there is no material `{}`", name.get_ref());
+            self.source.at(name, "instance.material", &message)
+        })
+    }
+
+    /// Scale, then rotation, then translation; and whether the scale is uniform.
+    fn transform(&self, file: &InstanceFile) -> anyhow::Result<(DAffine3, bool)> {
+        let scale = match &file.scale {
+            None => [1.0; 3],
+            Some(scale) => {
+                let OneOrThree(axes) = *scale.get_ref();
+                let axes = axes.map(|v| v.0);
+                if axes.iter().any(|v| v.abs() < f64::from(f32::MIN_POSITIVE)) {
+                    let message = "zero leaves nothing of the object";
+                    return Err(self.source.at(scale, "instance.scale", message));
+                }
+                axes
+            }
+        };
+        let rotation = match &file.rotate {
+            None => DQuat::IDENTITY,
+            Some(rotate) => {
+                let axis = DVec3::from_array(triple(rotate.get_ref().axis)).try_normalize();
+                let Some(axis) = axis else {
+                    let message = "the axis has no direction";
+                    return Err(self.source.at(rotate, "instance.rotate", message));
+                };
+                DQuat::from_axis_angle(axis, rotate.get_ref().degrees.0.to_radians())
+            }
+        };
+        let translation = DVec3::from_array(file.translate.map_or([0.0; 3], triple));
+        let is_similarity = scale.iter().all(|v| v.abs() == scale[0].abs());
+        let transform = DAffine3::from_scale_rotation_translation(
+            DVec3::from_array(scale),
+            rotation,
+            translation,
+        );
+        Ok((transform, is_similarity))
+    }
+
+    fn check_ids(&self) -> anyhow::Result<()> {
+        let mut seen = HashMap::new();
+        for instance in &self.instances {
+            if let Some(other) = seen.insert(instance.id, &instance.name) {
+                anyhow::bail!(
+                    "{}: instance.id: `{other}` and `{}` both have {}",
+                    self.source.path.display(),
+                    instance.name,
+                    instance.id
+                );
+            }
+        }
+        Ok(())
+    }
+
+    fn keep_occluders(&mut self, limit: usize) {
+        let mut casters = 0;
+        self.instances.retain(|instance| {
+            casters += usize::from(instance.casts);
+            !instance.casts || casters <= limit
+        });
+    }
+
+    fn receivers(
+        &self,
+        list: &Spanned<super::schema::ReceiversFile>,
+    ) -> anyhow::Result<ReceiverList> {
+        let mut receivers = receivers::read(self.source, list)?;
+        if let Some(name) = &list.get_ref().object {
+            let found = self.instances.iter().find(|i| i.name == *name.get_ref());
+            let Some(found) = found else {
+                let message = format!("there is no instance `{}`", name.get_ref());
+                return Err(self.source.at(name, "receivers.object", &message));
+            };
+            receivers.object = Some(found.id);
+        }
+        Ok(receivers)
+    }
+
+    fn area_light(&self, light: &Spanned<AreaLightFile>) -> anyhow::Result<AreaLight> {
+        let file = light.get_ref();
+        let made = AreaLight::new(
+            triple(file.center),
+            triple(file.half_u),
+            triple(file.half_v),
+            colour(file.radiance),
+        );
+        made.map_err(|e| self.source.at(light, "area_light", &e.to_string()))
+    }
+}
+
+impl UpAxis {
+    pub(super) fn vector(self) -> DVec3 {
+        match self {
+            Self::Y => DVec3::Y,
+            Self::Z => DVec3::Z,
+        }
+    }
+}
+
+fn truth_options(file: Option<TruthFile>) -> TruthOptions {
+    let default = TruthOptions::recommended();
+    let Some(file) = file else { return default };
+    TruthOptions {
+        samples: file.samples.map_or(default.samples, |n| n.0),
+        seed: file.seed.map_or(default.seed, |n| n.0.into()),
+        max_distance: file.max_distance.map(|d| d.0),
+    }
+}
+
+fn layers(listed: Option<&[Layer]>, default: u32) -> u32 {
+    listed.map_or(default, |list| {
+        list.iter().fold(0, |mask, layer| mask | 1 << layer.0)
+    })
+}
+
+fn placement(grid: &GridFile) -> Placement {
+    let default = Placement::default();
+    Placement {
+        resolution: grid
+            .resolution
+            .map_or(default.resolution, |cells| cells.0.map(|n| n.0)),
+        extent: match (grid.half_extents, grid.epsilon) {
+            (Some(given), _) => Extent::HalfExtents(given.map(|v| v.f32())),
+            (None, Some(epsilon)) => Extent::Epsilon(epsilon.f32()),
+            (None, None) => default.extent,
+        },
+    }
+}
+
+fn bake_options(grid: &GridFile) -> Result<BakeOptions, &'static str> {
+    let default = BakeOptions::recommended();
+    let method = match (grid.rays, grid.face_size, grid.seed) {
+        (Some(_), Some(_), _) => return Err("`rays` and `face_size` exclude each other"),
+        (None, _, Some(_)) => return Err("`seed` needs `rays`"),
+        (Some(rays), None, seed) => Method::Rays {
+            count: rays.0,
+            seed: seed.map_or(0, |n| n.0.into()),
+        },
+        (None, Some(size), None) => Method::Faces { size: size.0 },
+        (None, None, None) => default.method,
+    };
+    let offset = grid.sample_offset.map(|v| v.map(|v| v.0 as f32));
+    Ok(BakeOptions {
+        method,
+        max_distance: grid.max_distance.map(|d| d.f32()),
+        sample_offset: offset.unwrap_or(default.sample_offset),
+        interior: grid.interior.map_or(default.interior, Into::into),
+        boundary: grid.boundary.map_or(default.boundary, Into::into),
+        encoding: grid.encoding.map_or(default.encoding, Into::into),
+        format: grid.format.map_or(default.format, Into::into),
+    })
+}
+
+fn is_file_alone(grid: &GridFile) -> bool {
+    let GridFile {
+        file: _,
+        resolution,
+        epsilon,
+        half_extents,
+        face_size,
+        rays,
+        seed,
+        max_distance,
+        encoding,
+        format,
+        boundary,
+        interior,
+        sample_offset,
+    } = grid;
+    resolution.is_none()
+        && epsilon.is_none()
+        && half_extents.is_none()
+        && face_size.is_none()
+        && rays.is_none()
+        && seed.is_none()
+        && max_distance.is_none()
+        && encoding.is_none()
+        && format.is_none()
+        && boundary.is_none()
+        && interior.is_none()
+        && sample_offset.is_none()
+}
+
+/// A sheet of these half-extents in the xz-plane, facing +y.
+fn rectangle([x, z]: [f32; 2]) -> LoadedMesh {
+    let positions = vec![[-x, 0.0, -z], [x, 0.0, -z], [x, 0.0, z], [-x, 0.0, z]];
+    let part = Part {
+        name: "rectangle".into(),
+        triangles: 0..2,
+    };
+    let triangles = vec![[0, 2, 1], [0, 3, 2]];
+    let mesh = TriangleMesh::new(positions, triangles, vec![part]);
+    made(mesh.expect("two triangles are a mesh"), "rectangle")
+}
+
+/// A mesh of ours, as if from a file.
+fn made(mesh: TriangleMesh, name: &str) -> LoadedMesh {
+    LoadedMesh {
+        blake3: blake3::hash(to_obj(&mesh).as_bytes()).to_hex().to_string(),
+        mesh,
+        name: format!("{name}.obj"),
+    }
+}
+
+/// The folder of data that the project does not ship, in a file's name.
+const SHARED: &str = "$AOGRID_SHARED/";
+
+/// Where a file that a scene names lies: beside the scene, or in the data folder.
+pub(super) fn resolve(scene: &Path, name: &str) -> PathBuf {
+    let Some(inside) = name.strip_prefix(SHARED) else {
+        return scene.parent().unwrap_or(Path::new("")).join(name);
+    };
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared");
+    let folder = std::env::var_os("AOGRID_SHARED").map_or_else(beside, PathBuf::from);
+    folder.join(inside)
+}

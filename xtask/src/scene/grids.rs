@@ -1,0 +1,69 @@
+//! The grids of a scene's occluders.
+
+use std::sync::Arc;
+
+use anyhow::Context;
+use aogrid_bake_core::{Observer, post};
+use aogrid_baker_cpu::Baker;
+use aogrid_grid_format::{Grid, Source};
+
+use super::{GridSource, Scene, SceneMesh};
+use crate::commands::info::read_grid;
+
+/// Grids that were read or baked, each once: one object serves many scenes.
+#[derive(Default)]
+pub struct Grids {
+    made: Vec<(GridSource, Source, Arc<Grid>)>,
+}
+
+impl Grids {
+    /// None yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The grid of each mesh of the scene (in the order of [`Scene::meshes`]) that a casting instance uses; none for the others.
+    ///
+    /// # Errors
+    ///
+    /// A grid file that is none, a mesh that cannot be baked, an interrupt: with the mesh's name.
+    pub fn resolve(
+        &mut self,
+        scene: &Scene,
+        observer: Observer<'_>,
+    ) -> anyhow::Result<Vec<Option<Arc<Grid>>>> {
+        let used = |idx: usize| scene.casters().any(|instance| instance.mesh == idx);
+        let meshes = scene.meshes.iter().enumerate();
+        meshes
+            .map(|(idx, mesh)| match used(idx) {
+                true => self.of(mesh, observer).map(Some).with_context(|| {
+                    format!("{}: grid of mesh `{}`", scene.path.display(), mesh.name)
+                }),
+                false => Ok(None),
+            })
+            .collect()
+    }
+
+    fn of(&mut self, mesh: &SceneMesh, observer: Observer<'_>) -> anyhow::Result<Arc<Grid>> {
+        let known = self
+            .made
+            .iter()
+            .find(|(grid, source, _)| *grid == mesh.grid && *source == mesh.source);
+        if let Some((_, _, grid)) = known {
+            return Ok(grid.clone());
+        }
+        let grid = Arc::new(match &mesh.grid {
+            GridSource::File(path) => read_grid(path)?,
+            GridSource::Bake(placement, options) => {
+                let spec = placement.place(&mesh.mesh.bounds())?;
+                let raw = Baker::new(None)
+                    .prepare(&mesh.mesh, spec, options)?
+                    .bake(observer)?;
+                post::finish(raw, placement, options, mesh.source.clone())?
+            }
+        });
+        let entry = (mesh.grid.clone(), mesh.source.clone(), grid.clone());
+        self.made.push(entry);
+        Ok(grid)
+    }
+}

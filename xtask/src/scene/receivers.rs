@@ -1,0 +1,155 @@
+//! Lists of points to shade.
+
+use std::path::Path;
+
+use anyhow::{Context, bail, ensure};
+use aogrid_baker_cpu::truth::Receiver;
+use glam::DVec3;
+use toml::Spanned;
+
+use super::build::resolve;
+use super::numbers::triple;
+use super::places::Source;
+use super::schema::ReceiversFile;
+
+/// Receivers and the table that they came from.
+#[derive(Clone, Debug)]
+pub struct ReceiverList {
+    /// The table's header.
+    pub columns: Vec<String>,
+    /// The table's rows, as they were written.
+    pub rows: Vec<Vec<String>>,
+    /// One a row.
+    pub points: Vec<Receiver>,
+    /// The id of the instance that the points lie on, if they lie on one.
+    pub object: Option<u32>,
+}
+
+/// The columns that make a receiver.
+const COLUMNS: [&str; 6] = ["px", "py", "pz", "nx", "ny", "nz"];
+
+/// The most receivers that are sampled from a rectangle.
+const MAX_SAMPLED: u64 = 10_000_000;
+
+pub(super) fn read(
+    source: &Source<'_>,
+    list: &Spanned<ReceiversFile>,
+) -> anyhow::Result<ReceiverList> {
+    let file = list.get_ref();
+    let error = |key: &str, message: &str| source.at(list, key, message);
+    match (&file.csv, file.corner, file.u, file.v, file.count) {
+        (Some(name), None, None, None, None) => {
+            let path = resolve(source.path, name);
+            ReceiverList::from_csv(&path)
+        }
+        (None, Some(corner), Some(u), Some(v), Some(count)) => {
+            let count = count.map(|n| n.0);
+            if u64::from(count[0]) * u64::from(count[1]) > MAX_SAMPLED {
+                let message = format!("more than {MAX_SAMPLED} receivers");
+                return Err(error("receivers.count", &message));
+            }
+            let [corner, u, v] = [corner, u, v].map(|t| DVec3::from_array(triple(t)));
+            let Some(normal) = u.cross(v).try_normalize() else {
+                let message = "`u` and `v` span no rectangle";
+                return Err(error("receivers.u", message));
+            };
+            Ok(sampled(corner, [u, v], normal, count))
+        }
+        _ => Err(error(
+            "receivers",
+            "either `csv`, or `corner`, `u`, `v` and `count`, are needed",
+        )),
+    }
+}
+
+/// The centres of `count` equal rectangles that `corner`, `u` and `v` span, u first.
+fn sampled(corner: DVec3, [u, v]: [DVec3; 2], normal: DVec3, count: [u32; 2]) -> ReceiverList {
+    let at = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
+    let points: Vec<_> = (0..count[1])
+        .flat_map(|j| (0..count[0]).map(move |i| [i, j]))
+        .map(|[i, j]| Receiver {
+            position: (corner + at(i, count[0]) * u + at(j, count[1]) * v).to_array(),
+            normal: normal.to_array(),
+        })
+        .collect();
+    let row = |r: &Receiver| {
+        let numbers = r.position.iter().chain(&r.normal);
+        // Adding zero turns −0 into 0.
+        numbers.map(|v| format!("{}", v + 0.0)).collect()
+    };
+    ReceiverList {
+        columns: COLUMNS.map(str::to_owned).to_vec(),
+        rows: points.iter().map(row).collect(),
+        points,
+        object: None,
+    }
+}
+
+impl ReceiverList {
+    /// Reads a table with the columns `px,py,pz,nx,ny,nz` in any order, among others.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read, lacks a column, or a number is none: file, line and column.
+    pub fn from_csv(path: &Path) -> anyhow::Result<Self> {
+        let shown = || path.display().to_string();
+        let metadata = std::fs::metadata(path).with_context(shown)?;
+        ensure!(metadata.is_file(), "{}: it is not a regular file", shown());
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .from_path(path)
+            .with_context(shown)?;
+        let columns: Vec<String> = reader
+            .headers()
+            .with_context(shown)?
+            .iter()
+            .map(str::to_owned)
+            .collect();
+        let mut places = [0; 6];
+        for (place, name) in places.iter_mut().zip(COLUMNS) {
+            match columns.iter().position(|c| c == name) {
+                Some(column) => *place = column,
+                None => bail!(
+                    "{}: it has no column `{name}`; {} are needed",
+                    shown(),
+                    COLUMNS.join(", ")
+                ),
+            }
+        }
+        let (mut rows, mut points) = (vec![], vec![]);
+        for record in reader.records() {
+            let record = record.with_context(shown)?;
+            let line = record.position().map_or(0, csv::Position::line);
+            let point =
+                receiver(&record, places).with_context(|| format!("{}:{line}", path.display()))?;
+            points.push(point);
+            rows.push(record.iter().map(str::to_owned).collect());
+        }
+        ensure!(!points.is_empty(), "{}: it has no receivers", shown());
+        Ok(Self {
+            columns,
+            rows,
+            points,
+            object: None,
+        })
+    }
+}
+
+fn receiver(record: &csv::StringRecord, places: [usize; 6]) -> anyhow::Result<Receiver> {
+    let mut numbers = [0.0_f64; 6];
+    for ((number, place), name) in numbers.iter_mut().zip(places).zip(COLUMNS) {
+        let text = &record[place];
+        *number = match text.parse() {
+            Ok(v) if f64::abs(v) <= f64::from(f32::MAX) => v,
+            _ => bail!("{name}: `{text}` is not a usable number"),
+        };
+    }
+    let [x, y, z, nx, ny, nz] = numbers;
+    let Some(normal) = DVec3::new(nx, ny, nz).try_normalize() else {
+        bail!("nx, ny, nz: a normal needs a direction");
+    };
+    Ok(Receiver {
+        position: [x, y, z],
+        normal: normal.to_array(),
+    })
+}
