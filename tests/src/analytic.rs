@@ -18,6 +18,32 @@ pub fn convex_fraction(mesh: &TriangleMesh, point: [f64; 3]) -> f64 {
     angles.sum::<f64>() / 2.0 / (4.0 * PI)
 }
 
+/// The share of a receiver's cosine-weighted hemisphere that a flat polygon takes (Lambert's
+/// formula of 1760): the polygon lies above the receiver's plane or touches it. Either winding.
+pub fn form_factor(corners: &[[f64; 3]], point: [f64; 3], normal: [f64; 3]) -> f64 {
+    let dot = |p: [f64; 3], q: [f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+    let towards: Vec<[f64; 3]> = corners
+        .iter()
+        .map(|c| std::array::from_fn(|x| c[x] - point[x]))
+        .collect();
+    let sum: f64 = (0..towards.len())
+        .map(|i| {
+            let (p, q) = (towards[i], towards[(i + 1) % towards.len()]);
+            let cross = [
+                p[1] * q[2] - p[2] * q[1],
+                p[2] * q[0] - p[0] * q[2],
+                p[0] * q[1] - p[1] * q[0],
+            ];
+            let sine = dot(cross, cross).sqrt();
+            match sine > 0.0 {
+                true => sine.atan2(dot(p, q)) * dot(cross, normal) / sine,
+                false => 0.0,
+            }
+        })
+        .sum();
+    sum.abs() / (2.0 * PI)
+}
+
 /// Van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30 (1983), equation 8.
 fn solid_angle(triangle: [[f32; 3]; 3], point: [f64; 3]) -> f64 {
     let [a, b, c] = triangle.map(|corner| {
@@ -56,6 +82,29 @@ mod tests {
     fn a_triangle_of_three_axes_covers_an_eighth() {
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         assert!((solid_angle(axes, [0.0; 3]) - PI / 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn half_of_a_hemisphere_is_behind_an_endless_wall() {
+        let wall = [
+            [1.0, 0.0, -1e9],
+            [1.0, 0.0, 1e9],
+            [1.0, 1e9, 1e9],
+            [1.0, 1e9, -1e9],
+        ];
+        let share = form_factor(&wall, [0.0; 3], [0.0, 1.0, 0.0]);
+        assert!((share - 0.5).abs() < 1e-8, "{share}");
+        // A parallel rectangle above its corner: 1/2π (X/√(1+X²) atan(Y/√(1+X²)) + …), X = Y = 1.
+        let quarter = [
+            [0.0, 1.0, 0.0],
+            [1.0, 1.0, 0.0],
+            [1.0, 1.0, 1.0],
+            [0.0, 1.0, 1.0],
+        ];
+        let x = 1.0 / 2.0_f64.sqrt();
+        let expected = 2.0 * x * x.atan() / (2.0 * PI);
+        let share = form_factor(&quarter, [0.0; 3], [0.0, 1.0, 0.0]);
+        assert!((share - expected).abs() < 1e-12, "{share}");
     }
 
     #[test]

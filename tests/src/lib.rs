@@ -8,7 +8,7 @@ mod graze;
 mod lookup;
 mod parity;
 
-pub use analytic::{convex_fraction, mesh_of, sphere_fraction};
+pub use analytic::{convex_fraction, form_factor, mesh_of, sphere_fraction};
 pub use data::{files_with_ending, shared, skip};
 pub use gpu::gpu;
 pub use graze::graze;

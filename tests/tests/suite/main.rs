@@ -20,3 +20,5 @@ mod parity;
 mod reference;
 /// A symmetric mesh gives symmetric counts, exactly.
 mod symmetry;
+/// Ray-traced truth against closed forms.
+mod truth;

@@ -18,7 +18,6 @@ use super::build::resolve;
 use super::numbers::colour;
 use super::places::Source;
 use super::schema::{EnvironmentFile, RoomFile, UpAxis};
-use crate::console::Console;
 
 /// Where an environment's radiance comes from, not yet read.
 #[derive(Clone, Debug)]
@@ -84,14 +83,15 @@ impl EnvironmentSource {
         })
     }
 
-    /// Reads or makes the map.
+    /// Reads or makes the map; with it come warnings, a line each.
     ///
     /// # Errors
     ///
     /// The file is no map of a kind that is read, or too large.
-    pub(crate) fn load(&self, console: &Console) -> anyhow::Result<Environment> {
+    pub fn load(&self) -> anyhow::Result<(Environment, Vec<String>)> {
+        let mut warnings = vec![];
         let mut picture = match &self.radiance {
-            Radiance::File(path) => read(path, console)?,
+            Radiance::File(path) => read(path, &mut warnings)?,
             Radiance::Colour(colour) => Picture {
                 size: [1, 1],
                 texels: vec![*colour],
@@ -102,7 +102,8 @@ impl EnvironmentSource {
             *texel = texel.map(|v| (v * self.scale).min(f32::MAX));
         }
         let rows = self.map_from_world.transpose().to_cols_array_2d();
-        Ok(Environment::new(picture.size, picture.texels, rows)?)
+        let environment = Environment::new(picture.size, picture.texels, rows)?;
+        Ok((environment, warnings))
     }
 }
 
@@ -148,7 +149,7 @@ fn room(walls: &[[f32; 3]; 6]) -> Picture {
 }
 
 /// Reads an EXR or HDR file, by its first bytes.
-fn read(path: &Path, console: &Console) -> anyhow::Result<Picture> {
+fn read(path: &Path, warnings: &mut Vec<String>) -> anyhow::Result<Picture> {
     let shown = || path.display().to_string();
     let metadata = std::fs::metadata(path).with_context(shown)?;
     ensure!(metadata.is_file(), "{}: it is not a regular file", shown());
@@ -165,13 +166,13 @@ fn read(path: &Path, console: &Console) -> anyhow::Result<Picture> {
     };
     let [negative, odd] = clean(&mut picture.texels);
     if negative > 0 {
-        console.warning(&format!(
+        warnings.push(format!(
             "{}: {negative} texels have negative radiance, which was clamped to 0",
             shown()
         ));
     }
     if odd > 0 {
-        console.warning(&format!(
+        warnings.push(format!(
             "{}: {odd} texels are infinite, which was clamped to {BRIGHTEST}, or no number, which became 0",
             shown()
         ));

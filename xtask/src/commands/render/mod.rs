@@ -14,7 +14,7 @@ use target::{Shaded, Target};
 
 use crate::commands::bake::use_threads;
 use crate::console::Console;
-use crate::scene::{self, GBuffer, LoadOptions, Scene};
+use crate::scene::{self, EnvironmentSource, GBuffer, LoadOptions, Scene};
 use crate::{interrupt, output as files};
 
 /// What every mode gets: add a file with a function of this to add a mode.
@@ -47,11 +47,14 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let mut scene = scene::load(&args.scene, load)?;
     args.apply_to(&mut scene.truth);
     let target = target(args, kind, &scene, console)?;
-    let environment = scene.environment.as_ref();
+    let environment = match &scene.environment {
+        Some(source) => Some(environment(source, console)?),
+        None => None,
+    };
     let job = Job {
         scene: &scene,
         target: &target,
-        environment: environment.map(|e| e.load(console)).transpose()?,
+        environment,
         console,
     };
     let shaded = args.mode.iter().map(|&mode| Ok((mode, shade(mode, &job)?)));
@@ -71,6 +74,12 @@ fn shade(mode: Mode, job: &Job<'_>) -> anyhow::Result<Shaded> {
     match mode {
         Mode::Truth => truth::shade(job),
     }
+}
+
+fn environment(source: &EnvironmentSource, console: &Console) -> anyhow::Result<Environment> {
+    let (environment, warnings) = source.load()?;
+    warnings.iter().for_each(|line| console.warning(line));
+    Ok(environment)
 }
 
 /// The points that the output is about; writes the G-buffer where it is asked for.

@@ -1,0 +1,419 @@
+//! Truth itself against what needs no rays: closed forms, its own error, itself.
+
+use std::ops::ControlFlow;
+
+use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::{TriangleMesh, UNOBSERVED};
+use aogrid_baker_cpu::Occluder;
+use aogrid_baker_cpu::truth::{
+    AreaLight, Environment, Lighting, Receiver, Shade, TruthError, TruthOptions, shade,
+};
+use aogrid_tests::{form_factor, mesh_of};
+
+/// What the project promises at the default number of samples, over the receivers of a scene.
+const PROMISE: f64 = 1e-3;
+
+const UP: [f64; 3] = [0.0, 1.0, 0.0];
+
+/// A scene whose occlusion is known.
+struct Known {
+    name: &'static str,
+    mesh: TriangleMesh,
+    receivers: Vec<Receiver>,
+    expected: Vec<f64>,
+}
+
+/// Receivers on the floor, looking up, each somewhere else.
+fn floor(place: impl Fn(f64, f64) -> Option<[f64; 2]>) -> Vec<Receiver> {
+    let n = 16;
+    let step = |i: i32| (f64::from(i) + 0.37) / f64::from(n);
+    let squares = (0..n * n).map(|idx| [step(idx % n), step(idx / n)]);
+    let placed = squares.filter_map(|[u, v]| place(u, v));
+    placed
+        .map(|[x, z]| Receiver {
+            position: [x, 0.0, z],
+            normal: UP,
+        })
+        .collect()
+}
+
+/// Two triangles for each quad.
+fn quads(quads: &[[[f64; 3]; 4]]) -> TriangleMesh {
+    let triangles = quads.iter().flat_map(|q| {
+        let [a, b, c, d] = q.map(|p| p.map(|v| v as f32));
+        [[a, b, c], [a, c, d]]
+    });
+    mesh_of(&triangles.collect::<Vec<_>>())
+}
+
+fn known(
+    name: &'static str,
+    mesh: TriangleMesh,
+    receivers: Vec<Receiver>,
+    ao: impl Fn([f64; 3]) -> f64,
+) -> Known {
+    let expected = receivers.iter().map(|r| ao(r.position)).collect();
+    Known {
+        name,
+        mesh,
+        receivers,
+        expected,
+    }
+}
+
+/// A ball of radius ½ on the floor: wholly above it, so its form factor is h r²/d³.
+fn ball() -> Known {
+    // Facets of level 6 lie within 5e-5 of the radius below the ball: 1e-4 of its form factor.
+    let mesh = Sample::Sphere.mesh(Some(20 << 12)).unwrap();
+    let receivers = floor(|u, v| Some([2.0 * u - 0.5, 2.0 * v - 0.5]));
+    known("ball", mesh, receivers, |[x, _, z]| {
+        let squared = x * x + 0.25 + z * z;
+        0.5 * 0.25 / squared.powf(1.5)
+    })
+}
+
+/// A cube on the floor: convex, so the form factors of the sides that face the receiver add up.
+fn cube() -> Known {
+    let mesh = Sample::Box.mesh(None).unwrap();
+    let outside = |u: f64, v: f64| {
+        let at = [3.0 * u - 1.5, 3.0 * v - 1.5];
+        at.iter().any(|x| x.abs() > 0.501).then_some(at)
+    };
+    known("cube", mesh, floor(outside), |[x, _, z]| {
+        let side = |at: f64, swap: bool| {
+            let corner = |along: f64, y: f64| match swap {
+                false => [at, y, along],
+                true => [along, y, at],
+            };
+            [
+                corner(-0.5, 0.0),
+                corner(0.5, 0.0),
+                corner(0.5, 1.0),
+                corner(-0.5, 1.0),
+            ]
+        };
+        let mut sum = 0.0;
+        for (v, swap) in [(x, false), (z, true)] {
+            if v.abs() > 0.5 {
+                sum += form_factor(&side(0.5 * v.signum(), swap), [x, 0.0, z], UP);
+            }
+        }
+        sum
+    })
+}
+
+/// Two walls that meet above the floor, as wide and high as ten times the receivers' farthest.
+fn corner() -> Known {
+    let s = 10.0;
+    let walls = [
+        [[0.0, 0.0, 0.0], [s, 0.0, 0.0], [s, s, 0.0], [0.0, s, 0.0]],
+        [[0.0, 0.0, 0.0], [0.0, 0.0, s], [0.0, s, s], [0.0, s, 0.0]],
+    ];
+    let receivers = floor(|u, v| Some([u, v]));
+    known("corner", quads(&walls), receivers, move |at| {
+        walls.iter().map(|wall| form_factor(wall, at, UP)).sum()
+    })
+}
+
+/// A wall so wide that nothing depends on where along it one stands: (1 − d/√(d² + h²))/2.
+fn wall() -> Known {
+    let (far, h) = (1e4, 2.0);
+    let wall = [
+        [0.0, 0.0, -far],
+        [0.0, 0.0, far],
+        [0.0, h, far],
+        [0.0, h, -far],
+    ];
+    let receivers = floor(|u, v| Some([0.01 + 3.0 * u, v]));
+    known("wall", quads(&[wall]), receivers, move |[d, ..]| {
+        (1.0 - d / d.hypot(h)) / 2.0
+    })
+}
+
+/// A wall up to the sky hides half of it, however far away. It stands askew, lest its edge runs
+/// along strata.
+fn endless_wall() -> Known {
+    let far = 1e7;
+    let (sin, cos) = 0.5_f64.sin_cos();
+    let [left, right] = [-far, far].map(|along| [-along * sin, along * cos]);
+    let corner = |[x, z]: [f64; 2], y: f64| [x, y, z];
+    let wall = [
+        corner(left, 0.0),
+        corner(right, 0.0),
+        corner(right, far),
+        corner(left, far),
+    ];
+    let receivers = floor(|u, v| Some([0.1 + 10.0 * u, v]));
+    known("endless wall", quads(&[wall]), receivers, |_| 0.5)
+}
+
+fn all_known() -> [Known; 5] {
+    [ball(), cube(), corner(), wall(), endless_wall()]
+}
+
+fn occlusion(known: &Known, samples: u32) -> Vec<Shade> {
+    let options = TruthOptions {
+        samples,
+        ..TruthOptions::recommended()
+    };
+    let occluder = Occluder::new(&known.mesh);
+    let lighting = Lighting::default();
+    shade(
+        Some(&occluder),
+        &known.receivers,
+        &lighting,
+        &options,
+        UNOBSERVED,
+    )
+    .unwrap()
+}
+
+fn rms(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let n = values.len() as f64;
+    (values.map(|v| v * v).sum::<f64>() / n).sqrt()
+}
+
+/// The error that is seen, and the one that is estimated.
+fn errors(known: &Known, shades: &[Shade]) -> [f64; 2] {
+    let pairs = shades.iter().zip(&known.expected);
+    let seen = rms(pairs.map(|(s, e)| f64::from(s.occlusion.mean) - e));
+    let estimated = rms(shades.iter().map(|s| f64::from(s.occlusion.standard_error)));
+    [seen, estimated]
+}
+
+#[test]
+fn truth_agrees_with_closed_forms_and_knows_its_error() {
+    for known in all_known() {
+        let shades = occlusion(&known, TruthOptions::recommended().samples);
+        let [seen, estimated] = errors(&known, &shades);
+        println!("{}: RMSE {seen:.6}, estimated {estimated:.6}", known.name);
+        assert!(seen <= PROMISE, "{}: {seen}", known.name);
+        // The root of a mean over n squares of normal numbers is off by 1/√(2n), for 485 and
+        // more receivers 3.2 %; five times that.
+        let ratio = seen / estimated;
+        assert!(
+            (0.84..1.16).contains(&ratio),
+            "{}: {seen} {estimated}",
+            known.name
+        );
+    }
+}
+
+#[test]
+fn the_error_falls_with_the_samples_to_the_three_quarters() {
+    for known in all_known() {
+        let [few, _] = errors(&known, &occlusion(&known, 128));
+        let [many, _] = errors(&known, &occlusion(&known, 8192));
+        // 64^¾ = 22.6, 64^½ = 8. Strata that a silhouette crosses are few where there are 64.
+        println!(
+            "{}: {few:.5} to {many:.6}, {:.1} times",
+            known.name,
+            few / many
+        );
+        assert!((16.0..32.0).contains(&(few / many)), "{}", known.name);
+    }
+}
+
+#[test]
+fn under_a_ceiling_with_a_maximum_distance_occlusion_is_that_of_a_cap() {
+    let (h, far) = (0.7, 100.0);
+    let ceiling = [
+        [-far, h, -far],
+        [far, h, -far],
+        [far, h, far],
+        [-far, h, far],
+    ];
+    let occluder = Occluder::new(&quads(&[ceiling]));
+    let receivers = floor(|u, v| Some([u, v]));
+    for max_distance in [0.69, 0.8, 1.0, 2.0] {
+        let options = TruthOptions {
+            max_distance: Some(max_distance),
+            ..TruthOptions::recommended()
+        };
+        let lighting = Lighting::default();
+        let shades = shade(Some(&occluder), &receivers, &lighting, &options, UNOBSERVED).unwrap();
+        let expected = (1.0 - (h / max_distance).powi(2)).max(0.0);
+        let seen = rms(shades
+            .iter()
+            .map(|s| f64::from(s.occlusion.mean) - expected));
+        assert!(seen <= PROMISE, "{max_distance}: {seen}");
+    }
+}
+
+/// A sky of few texels, one of them a sun, turned about the world's x axis.
+fn sunny() -> (Environment, [f64; 3]) {
+    let size = [16, 8];
+    let mut texels: Vec<_> = (0..128)
+        .map(|i| [0.1 + 0.01 * i as f32, 0.3, 0.2])
+        .collect();
+    texels[2 * 16 + 5] = [4000.0, 3000.0, 2000.0];
+    let (sin, cos) = 0.4_f64.sin_cos();
+    let rows = [[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]];
+    let environment = Environment::new(size, texels, rows).unwrap();
+    // The mean over the cosine-weighted hemisphere, at 1024 × 512 points of the sphere.
+    let (mut sum, n) = ([0.0; 3], 512);
+    for row in 0..n {
+        let (up, level) =
+            (std::f64::consts::PI * (0.5 - (f64::from(row) + 0.5) / f64::from(n))).sin_cos();
+        for column in 0..2 * n {
+            let (x, z) =
+                (std::f64::consts::PI * (f64::from(column) + 0.5) / f64::from(n)).sin_cos();
+            let direction = [level * x, up, level * z];
+            let radiance = environment.radiance(direction);
+            let weight = up.max(0.0) * level * (std::f64::consts::PI / f64::from(n)).powi(2);
+            for c in 0..3 {
+                sum[c] += f64::from(radiance[c]) * weight / std::f64::consts::PI;
+            }
+        }
+    }
+    (environment, sum)
+}
+
+#[test]
+fn a_sky_with_a_sun_lights_as_its_integral_says() {
+    let (environment, expected) = sunny();
+    let lighting = Lighting {
+        environment: Some(environment),
+        ..Lighting::default()
+    };
+    let options = TruthOptions::recommended();
+    let receivers = floor(|u, v| Some([u, v]));
+    let shades = shade(None, &receivers, &lighting, &options, UNOBSERVED).unwrap();
+    for c in 0..3 {
+        let seen = rms(shades
+            .iter()
+            .map(|s| f64::from(s.light[c].mean) - expected[c]));
+        let estimated = rms(shades.iter().map(|s| f64::from(s.light[c].standard_error)));
+        // Single rays would find the sun by chance and be off by a third of all light.
+        assert!(seen < 2e-3 * expected[c], "{seen} {expected:?}");
+        // Points of the integral at texels' edges: half a point's share of the sun.
+        let integral = 1e-3 * expected[c];
+        assert!(seen < 1.24 * estimated + integral, "{seen} {estimated}");
+    }
+}
+
+#[test]
+fn a_constant_sky_is_returned_and_hidden_as_occlusion_says() {
+    let known = cube();
+    let sky = [0.25, 1.0, 3.0];
+    let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let lighting = Lighting {
+        environment: Some(Environment::new([7, 5], vec![sky; 35], identity).unwrap()),
+        ambient: [0.5, 0.0, 0.0],
+        ..Lighting::default()
+    };
+    let options = TruthOptions {
+        samples: 200,
+        ..TruthOptions::recommended()
+    };
+    let occluder = Occluder::new(&known.mesh);
+    for occluder in [None, Some(&occluder)] {
+        let shades = shade(occluder, &known.receivers, &lighting, &options, UNOBSERVED).unwrap();
+        for s in shades {
+            for (c, radiance) in [0.75, 1.0, 3.0].into_iter().enumerate() {
+                let expected = (1.0 - s.occlusion.mean) * radiance;
+                // The same rays: only rounding differs.
+                assert!((s.light[c].mean - expected).abs() < 1e-5, "{s:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_area_light_lights_by_its_form_factor_and_casts_shadows() {
+    let light =
+        |v: [f64; 3]| AreaLight::new([0.0, 2.0, 0.0], [0.5, 0.0, 0.0], v, [3.0, 2.0, 1.0]).unwrap();
+    // u × v points down, or up.
+    let (down, up) = (light([0.0, 0.0, 0.8]), light([0.0, 0.0, -0.8]));
+    let receivers = floor(|u, v| Some([2.0 * u - 1.0, 2.0 * v - 1.0]));
+    let shades = |light: AreaLight, occluder: Option<&Occluder>| {
+        let lighting = Lighting {
+            area_light: Some(light),
+            ..Lighting::default()
+        };
+        let options = TruthOptions::recommended();
+        shade(occluder, &receivers, &lighting, &options, UNOBSERVED).unwrap()
+    };
+    let off = |shades: Vec<Shade>| {
+        rms(shades.iter().zip(&receivers).map(|(s, r)| {
+            f64::from(s.light[0].mean) - 3.0 * form_factor(&down.corners(), r.position, UP)
+        }))
+    };
+    assert!(off(shades(down, None)) < 1e-4);
+    assert!(shades(up, None).iter().all(|s| s.light[0].mean == 0.0));
+    // The housing of the lamp is no obstacle, a lid before it is.
+    let at = |y: f64| {
+        Occluder::new(&quads(&[[
+            [-1.0, y, -1.0],
+            [1.0, y, -1.0],
+            [1.0, y, 1.0],
+            [-1.0, y, 1.0],
+        ]]))
+    };
+    assert!(off(shades(down, Some(&at(2.0)))) < 1e-4);
+    assert!(
+        shades(down, Some(&at(1.9)))
+            .iter()
+            .all(|s| s.light[0].mean == 0.0)
+    );
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit_and_seeds_do() {
+    let known = cube();
+    let with = |threads: usize, seed: u64| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let options = TruthOptions {
+            samples: 100,
+            seed,
+            max_distance: None,
+        };
+        let occluder = Occluder::new(&known.mesh);
+        let (environment, _) = sunny();
+        let lighting = Lighting {
+            environment: Some(environment),
+            ..Lighting::default()
+        };
+        let run = || {
+            shade(
+                Some(&occluder),
+                &known.receivers,
+                &lighting,
+                &options,
+                UNOBSERVED,
+            )
+        };
+        pool.unwrap().install(run).unwrap()
+    };
+    assert_eq!(with(1, 0), with(3, 0));
+    assert_ne!(with(1, 0), with(1, 1));
+}
+
+#[test]
+fn an_observer_sees_every_receiver_and_can_stop() {
+    let known = cube();
+    let occluder = Occluder::new(&known.mesh);
+    let run = |observer: aogrid_bake_core::Observer<'_>| {
+        let options = TruthOptions {
+            samples: 2,
+            ..TruthOptions::recommended()
+        };
+        let lighting = Lighting::default();
+        shade(
+            Some(&occluder),
+            &known.receivers,
+            &lighting,
+            &options,
+            observer,
+        )
+    };
+    let last = std::sync::atomic::AtomicUsize::new(0);
+    run(&|progress| {
+        assert_eq!(progress.total, known.receivers.len());
+        last.fetch_max(progress.done, std::sync::atomic::Ordering::Relaxed);
+        ControlFlow::Continue(())
+    })
+    .unwrap();
+    assert_eq!(last.into_inner(), known.receivers.len());
+    assert_eq!(run(&|_| ControlFlow::Break(())), Err(TruthError::Cancelled));
+}
