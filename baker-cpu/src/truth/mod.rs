@@ -62,12 +62,12 @@ pub struct TruthOptions {
 }
 
 /// What lights a scene besides what its surfaces reflect.
-#[derive(Clone, Debug, Default)]
-pub struct Lighting {
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Lighting<'a> {
     /// Radiance from everywhere.
     pub ambient: [f32; 3],
     /// What surrounds everything.
-    pub environment: Option<Environment>,
+    pub environment: Option<&'a Environment>,
     /// Direct light.
     pub area_light: Option<AreaLight>,
 }
@@ -119,7 +119,7 @@ impl TruthOptions {
 pub fn shade(
     occluder: Option<&Occluder>,
     receivers: &[Receiver],
-    lighting: &Lighting,
+    lighting: &Lighting<'_>,
     options: &TruthOptions,
     observer: Observer<'_>,
 ) -> Result<Vec<Shade>, TruthError> {
@@ -149,7 +149,7 @@ pub fn shade(
 /// What is the same for all receivers.
 struct Shader<'a> {
     occluder: Option<&'a Occluder>,
-    lighting: &'a Lighting,
+    lighting: &'a Lighting<'a>,
     strata: Strata,
     /// For lights that are sampled by themselves.
     few_strata: Strata,
@@ -196,7 +196,7 @@ impl Shader<'_> {
                 return [1.0, 0.0, 0.0, 0.0];
             }
             let mut light = self.lighting.ambient.map(f64::from);
-            if let Some(environment) = &self.lighting.environment {
+            if let Some(environment) = self.lighting.environment {
                 let sky = environment.base(direction);
                 light = std::array::from_fn(|x| light[x] + sky[x]);
             }
@@ -211,7 +211,7 @@ impl Shader<'_> {
         frame: &Frame,
         random: &mut strata::Random,
     ) -> Option<Tally<3>> {
-        let bright = self.lighting.environment.as_ref()?.bright()?;
+        let bright = self.lighting.environment?.bright()?;
         Some(self.few_strata.tally(random, |square| {
             let (direction, radiance_over_density) = bright.sample(square);
             let cosine = frame.normal.dot(direction);

@@ -6,6 +6,8 @@ mod analytic;
 mod assets;
 /// The same bytes for any number of threads, and for two runs.
 mod determinism;
+/// Maps of radiance: orientation, range, files.
+mod environments;
 /// The GPU baker against rays and exact answers.
 mod gpu;
 /// Other programs' readers open our files.
@@ -18,6 +20,8 @@ mod meshes;
 mod parity;
 /// Values per receiver from an independent program.
 mod reference;
+/// Scene files, cameras, G-buffers.
+mod scenes;
 /// A symmetric mesh gives symmetric counts, exactly.
 mod symmetry;
 /// Ray-traced truth against closed forms.

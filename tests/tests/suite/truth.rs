@@ -273,7 +273,7 @@ fn sunny() -> (Environment, [f64; 3]) {
 fn a_sky_with_a_sun_lights_as_its_integral_says() {
     let (environment, expected) = sunny();
     let lighting = Lighting {
-        environment: Some(environment),
+        environment: Some(&environment),
         ..Lighting::default()
     };
     let options = TruthOptions::recommended();
@@ -297,8 +297,9 @@ fn a_constant_sky_is_returned_and_hidden_as_occlusion_says() {
     let known = cube();
     let sky = [0.25, 1.0, 3.0];
     let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let environment = Environment::new([7, 5], vec![sky; 35], identity).unwrap();
     let lighting = Lighting {
-        environment: Some(Environment::new([7, 5], vec![sky; 35], identity).unwrap()),
+        environment: Some(&environment),
         ambient: [0.5, 0.0, 0.0],
         ..Lighting::default()
     };
@@ -371,7 +372,7 @@ fn the_number_of_threads_changes_no_bit_and_seeds_do() {
         let occluder = Occluder::new(&known.mesh);
         let (environment, _) = sunny();
         let lighting = Lighting {
-            environment: Some(environment),
+            environment: Some(&environment),
             ..Lighting::default()
         };
         let run = || {

@@ -395,6 +395,7 @@ impl<'a> Builder<'a> {
         list: &Spanned<super::schema::ReceiversFile>,
     ) -> anyhow::Result<ReceiverList> {
         let mut receivers = receivers::read(self.source, list)?;
+        receivers.lift = list.get_ref().lift.map_or(0.0, |v| v.0);
         if let Some(name) = &list.get_ref().object {
             let found = self.instances.iter().find(|i| i.name == *name.get_ref());
             let Some(found) = found else {

@@ -13,6 +13,9 @@ pub(super) struct Source<'a> {
     text: &'a str,
 }
 
+/// How a value's place gets into paths: `toml` hands it over as a field of this name.
+const SPANNED: &str = ".$__serde_spanned_private_value";
+
 impl<'a> Source<'a> {
     pub(super) fn new(path: &'a Path, text: &'a str) -> Self {
         Self { path, text }
@@ -27,7 +30,7 @@ impl<'a> Source<'a> {
         let deserializer =
             toml::Deserializer::parse(self.text).map_err(|error| self.toml_error("", &error))?;
         serde_path_to_error::deserialize(deserializer).map_err(|error| {
-            let path = error.path().to_string();
+            let path = error.path().to_string().replace(SPANNED, "");
             self.toml_error(if path == "." { "" } else { &path }, error.inner())
         })
     }

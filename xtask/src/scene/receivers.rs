@@ -23,6 +23,8 @@ pub struct ReceiverList {
     pub points: Vec<Receiver>,
     /// The id of the instance that the points lie on, if they lie on one.
     pub object: Option<u32>,
+    /// How far rays start off the points, along their normals: for points on what casts.
+    pub lift: f64,
 }
 
 /// The columns that make a receiver.
@@ -82,10 +84,20 @@ fn sampled(corner: DVec3, [u, v]: [DVec3; 2], normal: DVec3, count: [u32; 2]) ->
         rows: points.iter().map(row).collect(),
         points,
         object: None,
+        lift: 0.0,
     }
 }
 
 impl ReceiverList {
+    /// Where rays start.
+    pub fn lifted(&self) -> Vec<Receiver> {
+        let lifted = |r: &Receiver| Receiver {
+            position: std::array::from_fn(|x| r.position[x] + self.lift * r.normal[x]),
+            ..*r
+        };
+        self.points.iter().map(lifted).collect()
+    }
+
     /// Reads a table with the columns `px,py,pz,nx,ny,nz` in any order, among others.
     ///
     /// # Errors
@@ -131,6 +143,7 @@ impl ReceiverList {
             rows,
             points,
             object: None,
+            lift: 0.0,
         })
     }
 }

@@ -114,6 +114,7 @@ pub(super) struct ReceiversFile {
     pub v: Option<Triple>,
     pub count: Option<[Whole<1, 100_000>; 2]>,
     pub object: Option<Spanned<String>>,
+    pub lift: Option<NotNegative>,
 }
 
 #[derive(Deserialize)]

@@ -12,6 +12,8 @@ mod interruption;
 mod look;
 /// Files that nobody here wrote, many of them broken.
 mod odd_inputs;
+/// Rendering scenes, and what is wrong with them.
+mod render;
 /// T_clip and T_merge: generating, checking, measuring, exporting.
 mod tables;
 

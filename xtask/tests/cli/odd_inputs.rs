@@ -133,3 +133,50 @@ fn a_material_file_is_not_a_model() {
         assert!(one_line_error(&output, "mtl").contains("(.obj)"));
     }
 }
+
+/// Renders one receiver under each file as the sky.
+fn odd_skies(inside: &str) {
+    let Some(folder) = shared("data/odd") else {
+        return;
+    };
+    let out = tempfile::tempdir().unwrap();
+    let [scene, csv] = ["scene.toml", "a.csv"].map(|name| out.path().join(name));
+    let (mut read, mut refused) = (0, 0);
+    for path in files_with_ending(&folder.join(inside), "") {
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        let text = format!(
+            "[environment]\nfile = '{}'\n[receivers]\ncorner = [0, 0, 0]\nu = [0, 0, 1]\n\
+             v = [1, 0, 0]\ncount = [1, 1]\n[truth]\nsamples = 2\n",
+            path.display()
+        );
+        fs::write(&scene, text).unwrap();
+        let args = ["render", "--mode", "truth", "--threads", "2", "-o"].map(Path::new);
+        let [render, mode, truth, threads, two, o] = args;
+        let output = limited(&[render, &scene, mode, truth, threads, two, o, &csv]);
+        if output.status.success() {
+            read += 1;
+            let table = fs::read_to_string(&csv).unwrap();
+            let row = table.lines().nth(1).unwrap();
+            assert!(
+                !row.contains("NaN") && !row.contains("inf"),
+                "{name}: {row}"
+            );
+            continue;
+        }
+        refused += 1;
+        let error = one_line_error(&output, &name);
+        assert!(error.contains(&name), "{error}");
+    }
+    println!("{inside}: {read} read, {refused} refused");
+    assert!(read + refused > 5 && refused > 0);
+}
+
+#[test]
+fn odd_exr_files_are_read_or_refused_in_a_line() {
+    odd_skies("exr");
+}
+
+#[test]
+fn odd_hdr_files_are_read_or_refused_in_a_line() {
+    odd_skies("hdr");
+}

@@ -29,7 +29,7 @@ pub(crate) struct Shaded {
 impl Target {
     pub(super) fn of_list(list: &ReceiverList) -> Self {
         Self {
-            receivers: list.points.clone(),
+            receivers: list.lifted(),
             ids: vec![list.object.unwrap_or(0); list.points.len()],
             picture: None,
         }

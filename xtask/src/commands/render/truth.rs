@@ -10,7 +10,7 @@ pub(super) fn shade(job: &Job<'_>) -> anyhow::Result<Shaded> {
     let scene = job.scene;
     let lighting = Lighting {
         ambient: scene.ambient,
-        environment: job.environment.clone(),
+        environment: job.environment.as_ref(),
         area_light: scene.area_light,
     };
     let casters = scene.flattened(|instance| instance.casts)?;

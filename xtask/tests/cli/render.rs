@@ -1,0 +1,390 @@
+use std::fs;
+use std::path::PathBuf;
+
+use tempfile::TempDir;
+
+use super::{fails, ok, run};
+
+/// A folder with a small scene in it: a box on a floor, with a camera and receivers.
+fn with_scene(more: &str) -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let text = format!(
+        "[camera]\nposition = [2, 2, 3]\ntarget = [0, 0.3, 0]\nresolution = [24, 16]\n\
+         [receivers]\ncorner = [0.6, 0.001, 0]\nu = [0, 0, 1]\nv = [1, 0, 0]\ncount = [3, 2]\n\
+         [[mesh]]\nname = 'floor'\nrectangle = [5, 5]\n[[mesh]]\nname = 'box'\nsample = 'box'\n\
+         [[instance]]\nmesh = 'floor'\n[[instance]]\nmesh = 'box'\n{more}"
+    );
+    fs::write(&path, text).unwrap();
+    (folder, path)
+}
+
+const LIT: &str = "[environment]\ncolor = [0.5, 1, 2]\n";
+
+/// Names of an EXR file's channels.
+fn channels(path: &PathBuf) -> Vec<String> {
+    let image = exr::prelude::read_first_flat_layer_from_file(path).unwrap();
+    let channels = image.layer_data.channel_data.list;
+    channels.iter().map(|c| c.name.to_string()).collect()
+}
+
+#[test]
+fn truth_becomes_a_picture_a_table_or_named_channels() {
+    for (more, exr_channels, columns) in [
+        ("", "AO AO.stderr", "truth truth.stderr"),
+        (
+            LIT,
+            "AO AO.stderr B B.stderr G G.stderr R R.stderr",
+            "truth truth.stderr truth.R truth.R.stderr truth.G truth.G.stderr truth.B truth.B.stderr",
+        ),
+    ] {
+        let (folder, scene) = with_scene(more);
+        let out = |name: &str| folder.path().join(name);
+        let (png, exr, csv) = (out("a.png"), out("a.exr"), out("a.csv"));
+        for out in [&png, &exr, &csv] {
+            ok("render {} --mode truth --samples 32 -o {}", &[&scene, out]);
+        }
+        let image = image::open(&png).unwrap().to_rgb8();
+        assert_eq!(image.dimensions(), (24, 16));
+        let distinct: std::collections::HashSet<_> = image.pixels().collect();
+        assert!(distinct.len() > 10, "{}", distinct.len());
+        assert_eq!(channels(&exr).join(" "), exr_channels);
+        let table = fs::read_to_string(&csv).unwrap();
+        let mut lines = table.lines();
+        let header = format!("px,py,pz,nx,ny,nz,{}", columns.replace(' ', ","));
+        assert_eq!(lines.next(), Some(header.as_str()));
+        assert_eq!(lines.clone().count(), 6);
+        // Beside the box, at its middle: AO between a tenth and a half.
+        let first: Vec<f64> = lines
+            .next()
+            .unwrap()
+            .split(',')
+            .map(|v| v.parse().unwrap())
+            .collect();
+        assert_eq!(first[..3], [0.85, 0.001, 0.166_666_666_666_666_66]);
+        assert!((0.1..0.5).contains(&first[6]), "{}", first[6]);
+        if more == LIT {
+            // What is hidden of a constant sky is its share.
+            assert!((first[8] - 0.5 * (1.0 - first[6])).abs() < 1e-5);
+        }
+    }
+}
+
+#[test]
+fn the_g_buffer_is_a_picture_of_its_own() {
+    let (folder, scene) = with_scene("id = 9\n");
+    let (png, dump) = (folder.path().join("a.png"), folder.path().join("g.exr"));
+    let line = "render {} --mode truth --samples 2 -o {} --gbuffer {}";
+    ok(line, &[&scene, &png, &dump]);
+    assert_eq!(channels(&dump).join(" "), "N.X N.Y N.Z P.X P.Y P.Z id");
+    let image = exr::prelude::read_first_flat_layer_from_file(&dump).unwrap();
+    let id = &image.layer_data.channel_data.list[6];
+    let values: std::collections::BTreeSet<_> =
+        id.sample_data.values_as_f32().map(|v| v as u32).collect();
+    assert_eq!(values.into_iter().collect::<Vec<_>>(), [0, 1, 9]);
+    let error = fails(line, &[&scene, &png, &png]);
+    assert!(error.contains("a.png"), "{error}");
+}
+
+#[test]
+fn the_same_scene_gives_the_same_bytes_and_another_seed_others() {
+    let (folder, scene) = with_scene("");
+    let render = |options: &str| {
+        let out = folder.path().join("a.exr");
+        ok(
+            &format!("render {{}} --mode truth --samples 32 -o {{}} {options}"),
+            &[&scene, &out],
+        );
+        fs::read(out).unwrap()
+    };
+    assert_eq!(render("--threads 1"), render("--threads 3"));
+    assert_ne!(render("--seed 1"), render("--seed 2"));
+    assert_ne!(render("--max-distance 0.1"), render(""));
+    assert_ne!(render("--occluders 0"), render(""));
+}
+
+#[test]
+fn outputs_that_cannot_be_are_refused() {
+    let (folder, scene) = with_scene("");
+    let out = |name: &str| folder.path().join(name);
+    for (name, options, why) in [
+        ("a.jpg", "", ".png or .exr"),
+        ("a", "", ".csv"),
+        ("a.png", "--mode truth", "twice"),
+        ("a.csv", "--gbuffer g.exr", "--gbuffer"),
+        ("none/a.png", "", "does not exist"),
+        ("scene.toml", "", ".png"),
+    ] {
+        let line = format!("render {{}} --mode truth -o {{}} {options}");
+        let error = fails(&line, &[&scene, &out(name)]);
+        assert!(error.contains(why), "{error}");
+    }
+    for wrong in [
+        "--mode nonsense",
+        "",
+        "--mode truth --samples 1",
+        "--mode truth --max-distance 0",
+    ] {
+        let output = run(
+            &format!("render {{}} -o {{}} {wrong}"),
+            &[&scene, &out("a.png")],
+        );
+        assert_eq!(output.status.code(), Some(2), "{wrong}");
+    }
+}
+
+/// A scene of these lines; its error.
+fn error_of(text: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    fs::write(&scene, text).unwrap();
+    fs::write(
+        folder.path().join("list.csv"),
+        "px,py,pz,nx,ny,nz\n1,2,3,0,0,1\n1,2,3,0,0,0\n",
+    )
+    .unwrap();
+    fs::write(folder.path().join("short.csv"), "px,py,pz\n1,2,3\n").unwrap();
+    fails(
+        "render {} --mode truth -o {}",
+        &[&scene, &folder.path().join("a.png")],
+    )
+}
+
+#[test]
+fn what_is_wrong_in_a_scene_is_named_with_line_and_key() {
+    let mesh = "[[mesh]]\nname = 'a'\nsample = 'box'\n";
+    for (text, place, key, why) in [
+        ("up = 'x'", ":1:", "up", "`x`"),
+        ("\nup = ", ":2:", "", ""),
+        (
+            "[camera]\nposition = [0, 0]\ntarget = [0, 0, 0]",
+            ":2:",
+            "camera.position",
+            "length",
+        ),
+        (
+            "[camera]\nposition = [0, 0, 'a']\ntarget = [0, 0, 0]",
+            ":2:",
+            "camera.position[2]",
+            "string",
+        ),
+        (
+            "[camera]\nposition = [0, 0, nan]\ntarget = [0, 0, 0]",
+            ":2:",
+            "camera.position[2]",
+            "usable",
+        ),
+        (
+            "[camera]\nposition = [0, 0, 1]\n",
+            ":1:",
+            "camera",
+            "`target`",
+        ),
+        (
+            "[camera]\nposition = [0, 0, 1]\ntarget = [0, 0, 1]",
+            ":1:",
+            "camera.target",
+            "direction",
+        ),
+        (
+            "[camera]\nposition = [0, 0, 1]\ntarget = [0, 0, 0]\nheight = -1",
+            ":4:",
+            "camera.height",
+            "above zero",
+        ),
+        (
+            "[camera]\nposition = [0, 0, 1]\ntarget = [0, 0, 0]\nresolution = [9999, 2]",
+            ":4:",
+            "camera.resolution[0]",
+            "1..=4096",
+        ),
+        (
+            "[picture]\ncolour = 1",
+            ":2:",
+            "picture.colour",
+            "unknown field",
+        ),
+        ("[[mesh]]\nname = 'a'\n", ":1:", "mesh", "exactly one"),
+        (
+            "[[mesh]]\nname = 'a'\nsample = 'cow'\n",
+            ":3:",
+            "mesh.sample",
+            "space-ship",
+        ),
+        (
+            "[[mesh]]\nname = 'a'\nfile = 'none.obj'\n",
+            ":1:",
+            "mesh.file",
+            "No such file",
+        ),
+        (
+            "[[mesh]]\nname = 'a'\nsample = 'box'\npart = 'lid'\n",
+            ":4:",
+            "mesh.part",
+            "there are: box",
+        ),
+        (
+            "[[mesh]]\nname = 'a'\nsample = 'box'\ntriangles = 3\n",
+            ":3:",
+            "mesh.triangles",
+            "12",
+        ),
+        (
+            "[[mesh]]\nname = 'a'\nrectangle = [1, 1]\ntriangles = 3\n",
+            ":1:",
+            "mesh.triangles",
+            "sample",
+        ),
+        (
+            "[[mesh]]\nname = 'a'\nsample = 'box'\n\ngrid = {resolution = 7}\n",
+            ":5:",
+            "mesh[0].grid.resolution",
+            "8..=2048",
+        ),
+        (
+            "[[mesh]]\nname = 'a'\nsample = 'box'\ngrid = {seed = 7}\n",
+            ":4:",
+            "mesh.grid",
+            "`rays`",
+        ),
+        (
+            "[[mesh]]\nname = 'a'\nsample = 'box'\ngrid = {file = 'a', epsilon = 1}\n",
+            ":4:",
+            "mesh.grid",
+            "nothing to bake",
+        ),
+        (
+            "[[mesh]]\nname = 'a'\nsample = 'box'\ngrid = {sample_offset = [0, 0, 1]}\n",
+            ":4:",
+            "mesh.grid",
+            "offset",
+        ),
+        (&format!("{mesh}{mesh}"), ":5:", "mesh.name", "already"),
+        (
+            &format!("{mesh}[[instance]]\nmesh = 'b'\n"),
+            ":5:",
+            "instance.mesh",
+            "no mesh `b`",
+        ),
+        (
+            &format!("{mesh}[[instance]]\nmesh = 'a'\nscale = [1, 0, 1]"),
+            ":6:",
+            "instance.scale",
+            "zero",
+        ),
+        (
+            &format!("{mesh}[[instance]]\nmesh = 'a'\nscale = true"),
+            ":6:",
+            "instance[0].scale",
+            "one number, or three",
+        ),
+        (
+            &format!("{mesh}[[instance]]\nmesh = 'a'\nstrength = -1"),
+            ":6:",
+            "instance[0].strength",
+            "below zero",
+        ),
+        (
+            &format!("{mesh}[[instance]]\nmesh = 'a'\nlayers = [32]"),
+            ":6:",
+            "instance[0].layers[0]",
+            "0..=31",
+        ),
+        (
+            &format!("{mesh}[[instance]]\nmesh = 'a'\nmaterial = 'gold'"),
+            ":6:",
+            "instance.material",
+            "gold",
+        ),
+        (
+            &format!("{mesh}[[instance]]\nmesh = 'a'\nid = 2\n[[instance]]\nmesh = 'a'"),
+            "",
+            "instance.id",
+            "both have 2",
+        ),
+        (
+            &format!("{mesh}[[instance]]\nmesh = 'a'\nrotate = {{axis = [0, 0, 0], degrees = 3}}"),
+            ":6:",
+            "instance.rotate",
+            "axis",
+        ),
+        (
+            "[receivers]\ncsv = 'list.csv'",
+            "list.csv:3",
+            "nx, ny, nz",
+            "direction",
+        ),
+        (
+            "[receivers]\ncsv = 'short.csv'",
+            "short.csv",
+            "nx",
+            "no column",
+        ),
+        (
+            "[receivers]\ncsv = 'none.csv'",
+            "none.csv",
+            "",
+            "No such file",
+        ),
+        (
+            "[receivers]\ncorner = [0, 0, 0]",
+            ":1:",
+            "receivers",
+            "`count`",
+        ),
+        (
+            "[receivers]\ncorner = [0, 0, 0]\nu = [1, 0, 0]\nv = [2, 0, 0]\ncount = [1, 1]",
+            ":1:",
+            "receivers.u",
+            "rectangle",
+        ),
+        (
+            "[area_light]\ncenter = [0, 0, 0]\nhalf_u = [1, 0, 0]\nhalf_v = [1, 1, 0]\nradiance = [1, 1, 1]",
+            ":1:",
+            "area_light",
+            "right angles",
+        ),
+        (
+            "[environment]\nfile = 'a'\ncolor = [1, 1, 1]",
+            ":1:",
+            "environment",
+            "exactly one",
+        ),
+        (
+            "[environment]\ncolor = [1, -1, 1]",
+            ":2:",
+            "environment.color[1]",
+            "below zero",
+        ),
+        ("", "scene.toml", "[camera]", ""),
+        (
+            &format!("{mesh}[camera]\nposition = [0, 0, 1]\ntarget = [0, 0, 0]"),
+            "scene.toml",
+            "instances",
+            "",
+        ),
+    ] {
+        let error = error_of(text);
+        let file = if place.contains(".csv") {
+            place.to_owned()
+        } else {
+            format!("scene.toml{place}")
+        };
+        for part in [file.as_str(), key, why] {
+            assert!(error.contains(part), "{text}\n{error}\n{part}");
+        }
+    }
+}
+
+#[test]
+fn an_occluder_that_only_the_truth_can_do_is_flattened_with_its_scale() {
+    let (folder, scene) = with_scene("scale = [1, 0.5, -2]\nname = 'slab'\n");
+    let dump = folder.path().join("g.exr");
+    let line = "render {} --mode truth --samples 2 -o {} --gbuffer {}";
+    ok(line, &[&scene, &folder.path().join("a.png"), &dump]);
+    let image = exr::prelude::read_first_flat_layer_from_file(&dump).unwrap();
+    let list = &image.layer_data.channel_data.list;
+    let of = |name: usize| list[name].sample_data.values_as_f32();
+    let highest = of(4).fold(0.0, f32::max);
+    assert!((highest - 0.5).abs() < 1e-6, "{highest}");
+}
