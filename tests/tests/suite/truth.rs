@@ -293,6 +293,35 @@ fn a_sky_with_a_sun_lights_as_its_integral_says() {
 }
 
 #[test]
+fn a_lid_hides_the_sun_with_the_sky() {
+    let (environment, _) = sunny();
+    let lighting = Lighting {
+        environment: Some(&environment),
+        ..Lighting::default()
+    };
+    let far = 1e5;
+    let lid = [
+        [-far, 1.0, -far],
+        [far, 1.0, -far],
+        [far, 1.0, far],
+        [-far, 1.0, far],
+    ];
+    let occluder = Occluder::new(&quads(&[lid]));
+    let receivers = floor(|u, v| Some([u, v]));
+    let lit = |max_distance| {
+        let options = TruthOptions {
+            max_distance,
+            ..TruthOptions::recommended()
+        };
+        let shades = shade(Some(&occluder), &receivers, &lighting, &options, UNOBSERVED).unwrap();
+        shades.iter().map(|s| s.light[0].mean).sum::<f32>()
+    };
+    assert!(lit(None) < 1e-5);
+    // Too far away to hide anything.
+    assert!(lit(Some(0.9)) > 1.0);
+}
+
+#[test]
 fn a_constant_sky_is_returned_and_hidden_as_occlusion_says() {
     let known = cube();
     let sky = [0.25, 1.0, 3.0];

@@ -11,11 +11,15 @@ use super::{ok, one_line_error, with_sample, words, xtask};
 
 /// A bake that takes many seconds, started and well under way.
 fn long_bake(model: &Path, out: &Path) -> Child {
-    let args = words(
+    long_run(
         "bake {} -o {} --resolution 96 --face-size 64",
         &[model, out],
-    );
-    let mut command = xtask(args);
+    )
+}
+
+/// Any command that takes many seconds, started and well under way.
+fn long_run(line: &str, paths: &[&Path]) -> Child {
+    let mut command = xtask(words(line, paths));
     let child = command
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -24,7 +28,7 @@ fn long_bake(model: &Path, out: &Path) -> Child {
     let mut child = child.unwrap();
     assert!(
         child.try_wait().unwrap().is_none(),
-        "the bake was too short"
+        "the command was too short"
     );
     child
 }
@@ -75,6 +79,26 @@ fn an_interrupt_ends_a_bake_within_a_second() {
         );
         assert!(!out.exists());
     }
+}
+
+#[test]
+fn an_interrupt_ends_a_rendering_within_a_second() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    let text = "[camera]\nposition = [0, 3, 0.1]\ntarget = [0, 0, 0]\n\
+                [[mesh]]\nname = 'a'\nsample = 'robot'\n[[instance]]\nmesh = 'a'\n";
+    fs::write(&scene, text).unwrap();
+    let out = folder.path().join("a.png");
+    let line = "render {} --mode truth --samples 20000 -o {}";
+    let child = long_run(line, &[&scene, &out]);
+    signal(&child, "-INT");
+    let start = Instant::now();
+    let output = child.wait_with_output().unwrap();
+    // As for a bake.
+    assert!(start.elapsed() < Duration::from_secs(2));
+    let error = one_line_error(&output, "-INT");
+    assert!(error.contains("cancelled"), "{error}");
+    assert!(!out.exists());
 }
 
 #[test]

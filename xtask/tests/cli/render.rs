@@ -71,6 +71,19 @@ fn truth_becomes_a_picture_a_table_or_named_channels() {
 }
 
 #[test]
+fn a_lists_own_columns_are_kept_and_not_shadowed() {
+    let folder = tempfile::tempdir().unwrap();
+    let [scene, out] = ["scene.toml", "out.csv"].map(|name| folder.path().join(name));
+    fs::write(&scene, "[receivers]\ncsv = 'list.csv'\nlift = 0.5\n").unwrap();
+    let list = "name,nx,ny,nz,px,py,pz,truth\n\"a, b\",0,2,0,1,2,3,0.25\n";
+    fs::write(folder.path().join("list.csv"), list).unwrap();
+    ok("render {} --mode truth --samples 2 -o {}", &[&scene, &out]);
+    let expected = "name,nx,ny,nz,px,py,pz,truth,rendered.truth,truth.stderr\n\
+                    \"a, b\",0,2,0,1,2,3,0.25,0,0\n";
+    assert_eq!(fs::read_to_string(&out).unwrap(), expected);
+}
+
+#[test]
 fn the_g_buffer_is_a_picture_of_its_own() {
     let (folder, scene) = with_scene("id = 9\n");
     let (png, dump) = (folder.path().join("a.png"), folder.path().join("g.exr"));
@@ -365,7 +378,7 @@ fn what_is_wrong_in_a_scene_is_named_with_line_and_key() {
         ),
     ] {
         let error = error_of(text);
-        let file = if place.contains(".csv") {
+        let file = if place.contains(".csv") || place.contains(".toml") {
             place.to_owned()
         } else {
             format!("scene.toml{place}")

@@ -91,7 +91,7 @@ pub(super) fn exr(
 }
 
 /// The list's own columns and, of every mode, AO under the mode's name, and what else there is
-/// under that name, a point, and its own.
+/// under that name, a point, and its own; after `rendered.` where the list has that name.
 pub(super) fn csv(
     job: &Job<'_>,
     list: &ReceiverList,
@@ -102,10 +102,15 @@ pub(super) fn csv(
     for (mode, shaded) in shaded {
         for Column { name, values, .. } in columns(job, shaded) {
             let mode = mode.name();
-            header.push(match name.strip_prefix("AO") {
+            let mut title = match name.strip_prefix("AO") {
                 Some(rest) => format!("{mode}{rest}"),
                 None => format!("{mode}.{name}"),
-            });
+            };
+            // The list may bring values of the same name to compare with.
+            if list.columns.contains(&title) {
+                title.insert_str(0, TAKEN);
+            }
+            header.push(title);
             added.push(values);
         }
     }
@@ -117,6 +122,9 @@ pub(super) fn csv(
     }
     writer.into_inner().context("cannot write the table")
 }
+
+/// What stands before a column's name that the list has already.
+const TAKEN: &str = "rendered.";
 
 /// Values for every receiver.
 struct Column {
