@@ -66,13 +66,13 @@ fn grids_are_baked_once_each_with_the_options_of_the_scene() {
     assert!(std::sync::Arc::ptr_eq(again[0].as_ref().unwrap(), a));
 }
 
-/// A unit cube turned and lifted, over a floor.
+/// A unit cube turned, lifted and mirrored, so that its triangles wind inside out, over a floor.
 fn cameras(camera: &str) -> Scene {
     scene(&format!(
         "[camera]\nresolution = [64, 48]\n{camera}\n\
          [[mesh]]\nname = 'box'\nsample = 'box'\n[[mesh]]\nname = 'floor'\nrectangle = [9, 9]\n\
          [[instance]]\nmesh = 'floor'\nid = 7\n\
-         [[instance]]\nmesh = 'box'\nid = 300\ntranslate = [0.2, 0.25, 0]\n\
+         [[instance]]\nmesh = 'box'\nid = 300\nscale = [-1, 1, 1]\ntranslate = [0.2, 0.25, 0]\n\
          rotate = {{axis = [0, 1, 0], degrees = 40}}\n"
     ))
 }
