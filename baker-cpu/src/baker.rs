@@ -170,8 +170,8 @@ mod tests {
         assert_eq!(why(placed, &near), Some(WhyRays::MaxDistance));
         assert_eq!(why(placed, &random), Some(WhyRays::MonteCarlo));
         assert!(matches!(why(tiny, &faces), Some(WhyRays::Prepare(_))));
-        assert!(WhyRays::of_counts(1_400_000).is_none());
-        assert!(WhyRays::of_counts(1_600_000).is_some());
+        assert!(WhyRays::of_counts(14_000_000).is_none());
+        assert!(WhyRays::of_counts(16_000_000).is_some());
     }
 
     #[test]

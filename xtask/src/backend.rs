@@ -76,6 +76,16 @@ impl Backend {
         }
     }
 
+    /// The CPU's sweep with one of the sets of instructions that there are.
+    pub(crate) fn sweep_with(instructions: &str) -> Self {
+        let sweeper = cpu::Sweeper::with_instructions(instructions).unwrap_or_default();
+        let kernel = Some(Kernel::Sweep);
+        Self {
+            cpu: cpu::Baker::with_sweeper(kernel, sweeper),
+            ..Self::new(Asked::Cpu, kernel)
+        }
+    }
+
     pub(crate) fn bake(
         &mut self,
         mesh: &TriangleMesh,

@@ -313,6 +313,23 @@ fn whole_real_meshes_are_alike() {
     }
 }
 
+/// How it goes with other faces: `cargo test -p aogrid-tests -- --ignored --nocapture faces_of`.
+#[test]
+#[ignore = "a billion rays take minutes"]
+fn faces_of_other_sizes_are_alike() {
+    let Some(folder) = shared("data/meshes") else {
+        return;
+    };
+    for name in ["fandisk.obj", "teapot.obj", "bunny_16k_nonmanifold.obj"] {
+        let mesh = prepared(&mesh::load(&folder.join(name)).unwrap().mesh, [16; 3]);
+        for size in [8, 11, 16, 24, 32, 64, 128] {
+            let parity = compare(&mesh, size);
+            let allowed = (PROMISED * parity.texels as f64) as usize + FEW;
+            assert_alike(&parity, allowed, &format!("{name}, faces of {size}"));
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use anyhow::Context;
 use aogrid_bake_core::{BakeOptions, Kernel, Placement, mesh, post};
+use aogrid_baker_cpu::Sweeper;
 use aogrid_baker_gpu::{self as gpu, Choice};
 use aogrid_grid_format::{Method, Source};
 use serde::Serialize;
@@ -25,6 +26,9 @@ pub(crate) struct Args {
     models: Vec<PathBuf>,
     #[command(flatten)]
     sampling: SamplingArgs,
+    /// Measure the CPU's sweep with each set of instructions that this machine has and it knows
+    #[arg(long)]
+    instructions: bool,
     /// How often to measure
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeat: u32,
@@ -49,6 +53,8 @@ struct Model {
 struct Row {
     method: &'static str,
     kernel: &'static str,
+    /// Of the CPU's sweep, where they are compared.
+    instructions: Option<&'static str>,
     backend: &'static str,
     adapter: Option<String>,
     threads: usize,
@@ -71,6 +77,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     console.result("triangles  prepare ms  visibility ms  post ms  threads  kernel  on    file");
     for model in &report.models {
         for row in &model.rows {
+            let on = row.adapter.as_deref().or(row.instructions);
             console.result(&format!(
                 "{:9}  {:10.2}  {:13.2}  {:7.2}  {:7}  {:6}  {:4}  {}",
                 model.triangles,
@@ -79,7 +86,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
                 1e3 * row.post_s,
                 row.threads,
                 row.kernel,
-                row.adapter.as_deref().unwrap_or(row.backend),
+                on.unwrap_or(row.backend),
                 model.file.display()
             ));
         }
@@ -102,12 +109,12 @@ fn measure(path: &Path, args: &Args, console: &Console) -> anyhow::Result<Model>
     let bar = console.progress(&shown());
     let mut bakers: Vec<_> = backends(args)?
         .into_iter()
-        .map(|backend| (backend, None, Vec::new()))
+        .map(|(backend, instructions)| (backend, instructions, None, Vec::new()))
         .collect();
     // The first repeat warms up and is not counted. Kernels take turns, so that a machine that
     // slows down slows all of them.
     for repeat in 0..=args.repeat {
-        for (backend, by, samples) in &mut bakers {
+        for (backend, _, by, samples) in &mut bakers {
             let observer = |progress| bar.observe(progress);
             let seen = backend.bake(&loaded.mesh, spec, &options, &observer);
             let Seen {
@@ -127,7 +134,7 @@ fn measure(path: &Path, args: &Args, console: &Console) -> anyhow::Result<Model>
     }
     let rows = bakers
         .into_iter()
-        .filter_map(|(_, by, samples)| Some(row(by?, &samples)));
+        .filter_map(|(_, instructions, by, samples)| Some(row(by?, instructions, &samples)));
     Ok(Model {
         file: path.to_owned(),
         triangles: loaded.mesh.triangles().len(),
@@ -135,8 +142,9 @@ fn measure(path: &Path, args: &Args, console: &Console) -> anyhow::Result<Model>
     })
 }
 
-/// What is measured: each kernel on each backend that is asked for and there.
-fn backends(args: &Args) -> anyhow::Result<Vec<Backend>> {
+/// What is measured: each kernel on each backend that is asked for and there, and the names of
+/// instructions that are compared.
+fn backends(args: &Args) -> anyhow::Result<Vec<(Backend, Option<&'static str>)>> {
     let asked = args.sampling.backend().unwrap_or_else(|usage| usage.exit());
     let with_cpu = !matches!(asked, Asked::Gpu(_));
     let choice = match asked {
@@ -153,11 +161,14 @@ fn backends(args: &Args) -> anyhow::Result<Vec<Backend>> {
         None => vec![Kernel::Sweep, Kernel::Rays],
     };
     let each = |asked: Asked| {
-        let backend = move |&kernel| Backend::new(asked.clone(), Some(kernel));
+        let backend = move |&kernel| (Backend::new(asked.clone(), Some(kernel)), None);
         kernels.iter().map(backend).collect::<Vec<_>>()
     };
     let mut all = Vec::new();
-    if with_cpu {
+    if with_cpu && args.instructions && kernels.contains(&Kernel::Sweep) {
+        let sets = Sweeper::instruction_sets().into_iter();
+        all.extend(sets.map(|set| (Backend::sweep_with(set), Some(set))));
+    } else if with_cpu {
         all.extend(each(Asked::Cpu));
     }
     if let Some(choice) = choice {
@@ -167,12 +178,13 @@ fn backends(args: &Args) -> anyhow::Result<Vec<Backend>> {
 }
 
 /// The medians of what was measured: prepare, visibility, post.
-fn row(by: By, samples: &[[f64; 3]]) -> Row {
+fn row(by: By, instructions: Option<&'static str>, samples: &[[f64; 3]]) -> Row {
     let [prepare_s, visibility_s, post_s] =
         [0, 1, 2].map(|stage| median(samples.iter().map(|sample| sample[stage]).collect()));
     Row {
         method: "faces",
         kernel: by.kernel.name(),
+        instructions,
         backend: by.backend(),
         adapter: by.adapter,
         threads: rayon::current_num_threads(),
