@@ -26,6 +26,8 @@ use tempfile::TempDir;
 fn xtask<S: AsRef<std::ffi::OsStr>>(args: impl IntoIterator<Item = S>) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
     command.args(args);
+    // Mesa's drivers look for a display, and complain on stderr where this is not set.
+    command.env("XDG_RUNTIME_DIR", std::env::temp_dir());
     command
 }
 
