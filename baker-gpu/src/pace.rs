@@ -12,7 +12,7 @@ const TARGET: Duration = Duration::from_millis(40);
 /// Shorter than this says more about the way to the device than about the device.
 const MEASURABLE: Duration = Duration::from_millis(4);
 
-/// What a device without any speed does in [`TARGET`]: an eighth of a million short loops.
+/// The first submission, in units: little even for a slow device.
 const START: f64 = 2e6;
 
 /// How much faster at most a device is believed to be than at the last submission.
