@@ -23,6 +23,14 @@ pub fn clip_texels(format: Format) -> &'static [u8] {
     }
 }
 
+/// 1 − AO of `T_clip` alone: what a renderer multiplies by, in a quarter of the memory of
+/// [`clip_texels`]. [`ClipTable::SIZE`] texels, x fastest, tightly packed, little-endian; one
+/// channel (`r16float` or `r8unorm`).
+pub fn transmittance_texels(format: Format) -> Vec<u8> {
+    let transmittance = |[occlusion, _, _]: [f32; 3]| 1.0 - occlusion;
+    format.encode(clip_master().into_iter().map(transmittance))
+}
+
 /// The texels of `T_merge` to upload: [`MergeTable::SIZE`] of them, x fastest, tightly packed,
 /// little-endian. One channel, the union.
 #[inline]

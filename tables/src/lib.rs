@@ -52,6 +52,7 @@
 //! # Practice
 //!
 //! * [`clip_texels`], [`merge_texels`]: the committed tables as a renderer uploads them.
+//!   [`transmittance_texels`]: of `T_clip`, only what multiplying occlusion needs.
 //! * [`texture_coordinate`]: where a shader looks up, because the nodes lie at the ends of the axes.
 //! * [`ClipTable`], [`MergeTable`]: the tables on the CPU, with a look-up as a GPU filters. They can
 //!   be made in any size, row by row; [`generated_files`] has what is committed of them.
@@ -104,7 +105,9 @@ mod texture;
 pub use clip::Clip;
 pub use errors::{ErrorRow, Measured, error_report};
 pub use format::Format;
-pub use generated::{GeneratedFile, clip_texels, generated_files, merge_texels};
+pub use generated::{
+    GeneratedFile, clip_texels, generated_files, merge_texels, transmittance_texels,
+};
 pub use real::Real;
 pub use table::{ClipRow, ClipTable, MergeRow, MergeTable};
 pub use texture::texture_coordinate;

@@ -1,0 +1,15 @@
+// aogrid: constants of the shading library, generated from Rust (`runtime/src/wgsl.rs`).
+
+// T_clip's nodes lie at the ends of its axes: a look-up at x goes to x * SCALE + OFFSET.
+const AOGRID_CLIP_FRACTION_SCALE = 0.984375;
+const AOGRID_CLIP_FRACTION_OFFSET = 0.0078125;
+// The same for (cos beta + 1) / 2, with cos beta as the argument.
+const AOGRID_CLIP_COS_SCALE = 0.4921875;
+const AOGRID_CLIP_COS_OFFSET = 0.5;
+// Squared length below which an axis is rounding and counts as none.
+const AOGRID_AXIS_GUARD = 1e-8;
+// Keeps the closed form of T_clip finite where the plane touches the cone's rim.
+const AOGRID_RIM_GUARD = 1e-12;
+// The id of no object.
+const AOGRID_NO_OBJECT = 4294967295u;
+const AOGRID_PI = 3.1415927;

@@ -1,0 +1,163 @@
+//! A grid on the GPU, shared by all of its instances and by all passes.
+
+use aogrid_grid_format::{Encoding, Grid, GridSpec, TexelFormat};
+
+/// A grid's texture. Clones share it.
+#[derive(Clone, Debug)]
+pub struct GridTexture {
+    view: wgpu::TextureView,
+    bind_group: wgpu::BindGroup,
+    spec: GridSpec,
+    encoding: Encoding,
+    format: TexelFormat,
+}
+
+/// Why a device cannot take a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GridTextureError {
+    /// The grid holds single floats, which the device cannot filter.
+    #[error("an f32 grid needs the device feature FLOAT32_FILTERABLE; bake it as f16 or unorm8")]
+    Float32,
+    /// More cells along an axis than the device's 3D textures have.
+    #[error(
+        "{resolution:?} cells are more than the device's {limit} along an axis of a 3D texture"
+    )]
+    Resolution {
+        /// The grid's.
+        resolution: [u32; 3],
+        /// The device's limit.
+        limit: u32,
+    },
+}
+
+impl GridTexture {
+    /// Uploads `grid`: the write is made with the queue's next submission. `label` names it in
+    /// graphics debuggers.
+    ///
+    /// # Errors
+    ///
+    /// A grid that the device cannot hold or filter.
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        grid: &Grid,
+        label: &str,
+    ) -> Result<Self, GridTextureError> {
+        check(device, grid)?;
+        let texture = upload(device, queue, grid, label);
+        let view = texture.create_view(&wgpu::TextureViewDescriptor {
+            label: Some(label),
+            ..Default::default()
+        });
+        let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(label),
+            layout: &layout(device),
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: wgpu::BindingResource::TextureView(&view),
+            }],
+        });
+        Ok(Self {
+            view,
+            bind_group,
+            spec: *grid.spec(),
+            encoding: grid.encoding(),
+            format: grid.format(),
+        })
+    }
+
+    /// The whole texture, for a shader of your own.
+    pub fn view(&self) -> &wgpu::TextureView {
+        &self.view
+    }
+
+    /// Where the grid's cells lie.
+    pub fn spec(&self) -> &GridSpec {
+        &self.spec
+    }
+
+    /// What a texel means.
+    pub fn encoding(&self) -> Encoding {
+        self.encoding
+    }
+
+    /// How a value is stored.
+    pub fn format(&self) -> TexelFormat {
+        self.format
+    }
+
+    pub(crate) fn bind_group(&self) -> &wgpu::BindGroup {
+        &self.bind_group
+    }
+}
+
+/// The layout of the bind group that every [`GridTexture`] brings. Layouts made alike are
+/// interchangeable.
+pub(crate) fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("aogrid grid"),
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::FRAGMENT | wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Float { filterable: true },
+                view_dimension: wgpu::TextureViewDimension::D3,
+                multisampled: false,
+            },
+            count: None,
+        }],
+    })
+}
+
+fn check(device: &wgpu::Device, grid: &Grid) -> Result<(), GridTextureError> {
+    let can_filter = wgpu::Features::FLOAT32_FILTERABLE;
+    if grid.format() == TexelFormat::F32 && !device.features().contains(can_filter) {
+        return Err(GridTextureError::Float32);
+    }
+    let limit = device.limits().max_texture_dimension_3d;
+    let resolution = grid.spec().resolution();
+    if resolution.iter().any(|&n| n > limit) {
+        return Err(GridTextureError::Resolution { resolution, limit });
+    }
+    Ok(())
+}
+
+fn upload(device: &wgpu::Device, queue: &wgpu::Queue, grid: &Grid, label: &str) -> wgpu::Texture {
+    let [width, height, depth_or_array_layers] = grid.spec().resolution();
+    let size = wgpu::Extent3d {
+        width,
+        height,
+        depth_or_array_layers,
+    };
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D3,
+        format: texture_format(grid.encoding(), grid.format()),
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    let layout = wgpu::TexelCopyBufferLayout {
+        offset: 0,
+        bytes_per_row: Some(width * grid.texel_bytes() as u32),
+        rows_per_image: Some(height),
+    };
+    queue.write_texture(texture.as_image_copy(), grid.texels(), layout, size);
+    texture
+}
+
+/// The texture format of a grid: never sRGB, the texels are data.
+fn texture_format(encoding: Encoding, format: TexelFormat) -> wgpu::TextureFormat {
+    use wgpu::TextureFormat as F;
+    match (encoding, format) {
+        (Encoding::Occlusion, TexelFormat::Unorm8) => F::R8Unorm,
+        (Encoding::Occlusion, TexelFormat::F16) => F::R16Float,
+        (Encoding::Occlusion, TexelFormat::F32) => F::R32Float,
+        (Encoding::Cone, TexelFormat::Unorm8) => F::Rgba8Unorm,
+        (Encoding::Cone, TexelFormat::F16) => F::Rgba16Float,
+        (Encoding::Cone, TexelFormat::F32) => F::Rgba32Float,
+    }
+}

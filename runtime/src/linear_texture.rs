@@ -1,0 +1,91 @@
+//! Textures on the CPU, with the filter of a linear, clamped sampler: what the twin reads.
+
+use aogrid_grid_format::{Grid, TexelFormat};
+use aogrid_tables::{ClipTable, Format};
+use half::f16;
+
+/// A texture as a shader reads it: channels that are stored, then 0, 0 and 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinearTexture {
+    size: [usize; 3],
+    texels: Vec<[f32; 4]>,
+}
+
+/// The two texels between which an axis is interpolated, and the weight of the second.
+struct Span {
+    texels: [usize; 2],
+    weight: f32,
+}
+
+impl LinearTexture {
+    /// A grid's texture, its directions not yet decoded.
+    pub fn of_grid(grid: &Grid) -> Self {
+        let channels = grid.encoding().channels();
+        let stored = grid.texels().chunks_exact(grid.format().channel_bytes());
+        let values: Vec<f32> = stored.map(|bytes| channel(grid.format(), bytes)).collect();
+        Self {
+            size: grid.spec().resolution().map(|n| n as usize),
+            texels: values.chunks_exact(channels).map(texel).collect(),
+        }
+    }
+
+    /// T_clip as transmittance, 1 − AO, in one channel: what the multiplying passes look up.
+    pub fn transmittance_table() -> Self {
+        Self::table(&aogrid_tables::transmittance_texels(Format::F16), 1)
+    }
+
+    /// The whole T_clip: AO, a′, f, 1.
+    pub fn clip_table() -> Self {
+        Self::table(aogrid_tables::clip_texels(Format::F16), 4)
+    }
+
+    /// Linear filtering at normalised coordinates, clamped to the edge. z of a 2D texture: 0.5.
+    pub fn sample(&self, coordinates: [f32; 3]) -> [f32; 4] {
+        let [x, y, z] = std::array::from_fn(|axis| Span::new(coordinates[axis], self.size[axis]));
+        let row = |y, z| x.mix(|x| self.texels[x + self.size[0] * (y + self.size[1] * z)]);
+        z.mix(|z| y.mix(|y| row(y, z)))
+    }
+
+    fn table(f16_texels: &[u8], channels: usize) -> Self {
+        let [width, height] = ClipTable::SIZE;
+        let values: Vec<f32> = f16_texels
+            .chunks_exact(2)
+            .map(|bytes| channel(TexelFormat::F16, bytes))
+            .collect();
+        Self {
+            size: [width, height, 1],
+            texels: values.chunks_exact(channels).map(texel).collect(),
+        }
+    }
+}
+
+/// A stored channel as a shader reads it.
+fn channel(format: TexelFormat, bytes: &[u8]) -> f32 {
+    match format {
+        TexelFormat::Unorm8 => f32::from(bytes[0]) / 255.0,
+        TexelFormat::F16 => f16::from_le_bytes([bytes[0], bytes[1]]).to_f32(),
+        TexelFormat::F32 => f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]),
+    }
+}
+
+fn texel(channels: &[f32]) -> [f32; 4] {
+    std::array::from_fn(|c| channels.get(c).copied().unwrap_or([0.0, 0.0, 0.0, 1.0][c]))
+}
+
+impl Span {
+    fn new(coordinate: f32, size: usize) -> Self {
+        let position = coordinate * size as f32 - 0.5;
+        let below = position.floor();
+        // A float becomes the nearest index that there is; NaN becomes 0.
+        let clamp = |texel: f32| (texel.max(0.0) as usize).min(size - 1);
+        Self {
+            texels: [clamp(below), clamp(below + 1.0)],
+            weight: position - below,
+        }
+    }
+
+    fn mix(&self, value: impl Fn(usize) -> [f32; 4]) -> [f32; 4] {
+        let [first, second] = self.texels.map(value);
+        std::array::from_fn(|c| first[c] + (second[c] - first[c]) * self.weight)
+    }
+}

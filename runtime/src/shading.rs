@@ -1,0 +1,226 @@
+//! The CPU twin of `shading.wgsl`: the same functions under the same names, in single floats.
+//!
+//! What is un-idiomatic here (free functions with a prefix, an occluder passed first) is so to
+//! be read side by side with the WGSL. Where that says `fma`, this multiplies and adds: the
+//! difference is one rounding, and far below what a texture filter makes.
+
+use crate::wgsl::{
+    AOGRID_AXIS_GUARD, AOGRID_CLIP_COS_OFFSET, AOGRID_CLIP_COS_SCALE, AOGRID_CLIP_FRACTION_OFFSET,
+    AOGRID_CLIP_FRACTION_SCALE, AOGRID_PI, AOGRID_RIM_GUARD,
+};
+use crate::{AogridOccluder, LinearTexture};
+
+// ---- One call per occluder --------------------------------------------------------------------
+
+/// Transmittance, 1 − AO, of a cone grid at a receiver in world space; 1 outside the grid's box.
+/// `normal` is the receiver's unit normal, `table` T_clip as transmittance (RR-5779, 5.1).
+pub fn aogrid_cone(
+    occluder: &AogridOccluder,
+    grid: &LinearTexture,
+    table: &LinearTexture,
+    position: [f32; 3],
+    normal: [f32; 3],
+) -> f32 {
+    let p_grid = aogrid_grid_position(occluder, position);
+    let t = aogrid_cone_at(occluder, grid, table, p_grid, normal);
+    if aogrid_is_inside(p_grid) { t } else { 1.0 }
+}
+
+/// [`aogrid_cone`] for a grid whose outer cells are all open, as after either boundary treatment:
+/// such a grid needs no test against its box, as its edge goes on outside.
+pub fn aogrid_cone_faded(
+    occluder: &AogridOccluder,
+    grid: &LinearTexture,
+    table: &LinearTexture,
+    position: [f32; 3],
+    normal: [f32; 3],
+) -> f32 {
+    let p_grid = aogrid_grid_position(occluder, position);
+    aogrid_cone_at(occluder, grid, table, p_grid, normal)
+}
+
+/// Transmittance of an occlusion-only grid, without regard to the receiver's normal (RR-5779, 4);
+/// 1 outside the grid's box. `on_itself`: the receiver belongs to the occluder.
+pub fn aogrid_occlusion(
+    occluder: &AogridOccluder,
+    grid: &LinearTexture,
+    position: [f32; 3],
+    on_itself: bool,
+) -> f32 {
+    let p_grid = aogrid_grid_position(occluder, position);
+    let a = grid.sample(p_grid)[0];
+    let t = aogrid_occlusion_transmittance(a, on_itself);
+    match aogrid_is_inside(p_grid) {
+        true => aogrid_strengthen(occluder, t),
+        false => 1.0,
+    }
+}
+
+/// [`aogrid_occlusion`] for a grid that holds cones.
+pub fn aogrid_occlusion_of_cone(
+    occluder: &AogridOccluder,
+    grid: &LinearTexture,
+    position: [f32; 3],
+    on_itself: bool,
+) -> f32 {
+    let p_grid = aogrid_grid_position(occluder, position);
+    let a = grid.sample(p_grid)[3];
+    let t = aogrid_occlusion_transmittance(a, on_itself);
+    match aogrid_is_inside(p_grid) {
+        true => aogrid_strengthen(occluder, t),
+        false => 1.0,
+    }
+}
+
+/// Whether the occluder shades a receiver with this id and these layers.
+pub fn aogrid_shades(occluder: &AogridOccluder, object_id: u32, layers: u32) -> bool {
+    occluder.layers & layers != 0 && occluder.excluded.iter().all(|&id| id != object_id)
+}
+
+// ---- The parts ---------------------------------------------------------------------------------
+
+/// A row of an affine map, applied to a point.
+pub fn aogrid_row(row: [f32; 4], v: [f32; 3]) -> f32 {
+    row[0] * v[0] + (row[1] * v[1] + (row[2] * v[2] + row[3]))
+}
+
+/// Where a world position lies in the grid's box, \[0,1\]³.
+pub fn aogrid_grid_position(occluder: &AogridOccluder, position: [f32; 3]) -> [f32; 3] {
+    [
+        aogrid_row(occluder.grid_x, position),
+        aogrid_row(occluder.grid_y, position),
+        aogrid_row(occluder.grid_z, position),
+    ]
+}
+
+/// Whether a position lies in the grid's box. NaN does not.
+pub fn aogrid_is_inside(p_grid: [f32; 3]) -> bool {
+    p_grid.iter().all(|p| (p - 0.5).abs() <= 0.5)
+}
+
+/// Transmittance of a cone grid at a position in its box.
+pub fn aogrid_cone_at(
+    occluder: &AogridOccluder,
+    grid: &LinearTexture,
+    table: &LinearTexture,
+    p_grid: [f32; 3],
+    normal: [f32; 3],
+) -> f32 {
+    let [r, g, b, a] = grid.sample(p_grid);
+    let cos_beta = aogrid_cos_beta(aogrid_axis(occluder, [r, g, b]), normal);
+    aogrid_strengthen(occluder, aogrid_clip_transmittance(table, a, cos_beta))
+}
+
+/// The cone's axis in world space, not normalised, from a texel's rgb.
+pub fn aogrid_axis(occluder: &AogridOccluder, rgb: [f32; 3]) -> [f32; 3] {
+    [
+        aogrid_row(occluder.axis_x, rgb),
+        aogrid_row(occluder.axis_y, rgb),
+        aogrid_row(occluder.axis_z, rgb),
+    ]
+}
+
+/// Cosine of the angle between an axis of any length and a unit normal; 0 without an axis.
+pub fn aogrid_cos_beta(axis: [f32; 3], normal: [f32; 3]) -> f32 {
+    dot(axis, normal) * aogrid_inverse_length(axis)
+}
+
+/// 1 / |axis|, bounded where there is none.
+pub fn aogrid_inverse_length(axis: [f32; 3]) -> f32 {
+    1.0 / dot(axis, axis).max(AOGRID_AXIS_GUARD).sqrt()
+}
+
+/// 1 − AO without a direction: AO = 2a on other surfaces, 2a − 1 on the occluder's own, which
+/// hides half of all directions from itself (RR-5779, 4.2, where half of that is printed).
+pub fn aogrid_occlusion_transmittance(a: f32, on_itself: bool) -> f32 {
+    let open = if on_itself { 2.0 } else { 1.0 };
+    (open - 2.0 * a).clamp(0.0, 1.0)
+}
+
+/// Where T_clip is looked up for a cone of fraction `a` with its axis at `cos_beta`.
+pub fn aogrid_clip_coordinate(a: f32, cos_beta: f32) -> [f32; 2] {
+    [
+        a * AOGRID_CLIP_FRACTION_SCALE + AOGRID_CLIP_FRACTION_OFFSET,
+        cos_beta * AOGRID_CLIP_COS_SCALE + AOGRID_CLIP_COS_OFFSET,
+    ]
+}
+
+/// 1 − AO of a clipped cone, from T_clip as transmittance (one channel).
+pub fn aogrid_clip_transmittance(table: &LinearTexture, a: f32, cos_beta: f32) -> f32 {
+    let [x, y] = aogrid_clip_coordinate(a, cos_beta);
+    table.sample([x, y, 0.5])[0]
+}
+
+/// 1 − AO of a clipped cone in closed form, for those who want no table.
+pub fn aogrid_clip_transmittance_closed_form(a: f32, cos_beta: f32) -> f32 {
+    let cos_alpha = 1.0 - 2.0 * a;
+    let sin_alpha_squared = 4.0 * a * (1.0 - a);
+    let root = (sin_alpha_squared - cos_beta * cos_beta)
+        .max(AOGRID_RIM_GUARD)
+        .sqrt();
+    let half_rim = root.atan2(-cos_alpha * cos_beta);
+    let half_horizon = root.atan2(cos_alpha);
+    let occlusion = sin_alpha_squared * cos_beta * half_rim + (half_horizon - root * cos_alpha);
+    1.0 - (occlusion / AOGRID_PI).clamp(0.0, 1.0)
+}
+
+/// AO, the fraction a′ and the axis weight f of a clipped cone, from the whole T_clip.
+pub fn aogrid_clip(table: &LinearTexture, a: f32, cos_beta: f32) -> [f32; 3] {
+    let [x, y] = aogrid_clip_coordinate(a, cos_beta);
+    let [occlusion, fraction, axis_weight, _] = table.sample([x, y, 0.5]);
+    [occlusion, fraction, axis_weight]
+}
+
+/// The unit axis of a clipped cone, f d + (1 − f) n; zero if that is (RR-5779, 5.2.2).
+pub fn aogrid_clipped_axis(axis: [f32; 3], normal: [f32; 3], axis_weight: f32) -> [f32; 3] {
+    let per_length = aogrid_inverse_length(axis);
+    let sum: [f32; 3] = std::array::from_fn(|x| {
+        normal[x] * (1.0 - axis_weight) + axis[x] * per_length * axis_weight
+    });
+    sum.map(|x| x * aogrid_inverse_length(sum))
+}
+
+/// What one occluder adds where axes are accumulated: (AO/2) d′ and 1 − AO, the strength
+/// included, from the whole T_clip (RR-5779, 5.2.1). The product of all last components is the
+/// transmittance and the sum of the others, normalised, the axis of what is occluded.
+pub fn aogrid_cone_with_axis_at(
+    occluder: &AogridOccluder,
+    grid: &LinearTexture,
+    table: &LinearTexture,
+    p_grid: [f32; 3],
+    normal: [f32; 3],
+) -> [f32; 4] {
+    let [r, g, b, a] = grid.sample(p_grid);
+    let axis = aogrid_axis(occluder, [r, g, b]);
+    let clipped = aogrid_clip(table, a, aogrid_cos_beta(axis, normal));
+    let occlusion = clipped[0] * occluder.strength;
+    let [x, y, z] = aogrid_clipped_axis(axis, normal, clipped[2]).map(|d| 0.5 * occlusion * d);
+    [x, y, z, 1.0 - occlusion]
+}
+
+/// The occluder's strength: 1 − strength · AO.
+pub fn aogrid_strengthen(occluder: &AogridOccluder, transmittance: f32) -> f32 {
+    transmittance * occluder.strength + occluder.weakness
+}
+
+// ---- Positions from depth ----------------------------------------------------------------------
+
+/// The world position of a pixel: `ndc` x and y in −1..1, y up, and the depth buffer's value.
+/// `world_from_clip` in columns.
+pub fn aogrid_world_position(
+    world_from_clip: [[f32; 4]; 4],
+    ndc: [f32; 2],
+    depth: f32,
+) -> [f32; 3] {
+    let clip = [ndc[0], ndc[1], depth, 1.0];
+    let p: [f32; 4] = std::array::from_fn(|row| {
+        (0..4)
+            .map(|col| world_from_clip[col][row] * clip[col])
+            .sum()
+    });
+    [p[0] / p[3], p[1] / p[3], p[2] / p[3]]
+}
+
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + (a[1] * b[1] + a[2] * b[2])
+}

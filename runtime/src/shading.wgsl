@@ -1,0 +1,199 @@
+// aogrid: shading with baked ambient-occlusion grids (Malmer et al., INRIA RR-5779).
+//
+// Pure functions, all named aogrid_*: no bindings, no entry points, no directives. Paste this
+// file behind the constants, or import it, and call one of
+//
+//     aogrid_cone, aogrid_cone_faded, aogrid_occlusion, aogrid_occlusion_of_cone
+//
+// per occluder. Each returns a transmittance, 1 - AO: multiply them together, and multiply
+// ambient light, and only ambient light, by the product. Textures are sampled with a linear,
+// clamped sampler. The CPU twin, `shading.rs`, has the same functions under the same names.
+
+/// One occluder, in a uniform or storage buffer: 128 bytes. Rust: `AogridOccluder::new`.
+struct AogridOccluder {
+    /// Rows of grid_from_world: a world position in [0,1]^3 of the grid's box.
+    grid_x: vec4f,
+    grid_y: vec4f,
+    grid_z: vec4f,
+    /// Rows that take a texel's rgb to the cone's axis in world space, towards the occluder. The
+    /// decoding of the direction is folded in; the length is about that of the stored axis.
+    axis_x: vec4f,
+    axis_y: vec4f,
+    axis_z: vec4f,
+    /// Ids of receivers that it does not shade; AOGRID_NO_OBJECT where there is none.
+    excluded: vec4u,
+    /// Its own id, for shading with occlusion alone; AOGRID_NO_OBJECT if it has none.
+    object_id: u32,
+    /// It shades receivers that share a bit with this mask.
+    layers: u32,
+    /// 0: casts nothing, 1: as baked.
+    strength: f32,
+    /// 1 - strength.
+    weakness: f32,
+}
+
+// ---- One call per occluder --------------------------------------------------------------------
+
+/// Transmittance of a cone grid at a receiver in world space; 1 outside the grid's box. `normal`
+/// is the receiver's unit normal, `table` T_clip as transmittance (RR-5779, 5.1).
+fn aogrid_cone(occluder: AogridOccluder, grid: texture_3d<f32>, table: texture_2d<f32>,
+               linear_clamp: sampler, position: vec3f, normal: vec3f) -> f32 {
+    let p_grid = aogrid_grid_position(occluder, position);
+    let t = aogrid_cone_at(occluder, grid, table, linear_clamp, p_grid, normal);
+    return select(1.0, t, aogrid_is_inside(p_grid));
+}
+
+/// `aogrid_cone` for a grid whose outer cells are all open, as after either boundary treatment:
+/// such a grid needs no test against its box, as its edge goes on outside.
+fn aogrid_cone_faded(occluder: AogridOccluder, grid: texture_3d<f32>, table: texture_2d<f32>,
+                     linear_clamp: sampler, position: vec3f, normal: vec3f) -> f32 {
+    let p_grid = aogrid_grid_position(occluder, position);
+    return aogrid_cone_at(occluder, grid, table, linear_clamp, p_grid, normal);
+}
+
+/// Transmittance of an occlusion-only grid, without regard to the receiver's normal (RR-5779, 4);
+/// 1 outside the grid's box. `on_itself`: the receiver belongs to the occluder.
+fn aogrid_occlusion(occluder: AogridOccluder, grid: texture_3d<f32>, linear_clamp: sampler,
+                    position: vec3f, on_itself: bool) -> f32 {
+    let p_grid = aogrid_grid_position(occluder, position);
+    let a = textureSampleLevel(grid, linear_clamp, p_grid, 0.0).r;
+    let t = aogrid_occlusion_transmittance(a, on_itself);
+    return select(1.0, aogrid_strengthen(occluder, t), aogrid_is_inside(p_grid));
+}
+
+/// `aogrid_occlusion` for a grid that holds cones.
+fn aogrid_occlusion_of_cone(occluder: AogridOccluder, grid: texture_3d<f32>,
+                            linear_clamp: sampler, position: vec3f, on_itself: bool) -> f32 {
+    let p_grid = aogrid_grid_position(occluder, position);
+    let a = textureSampleLevel(grid, linear_clamp, p_grid, 0.0).a;
+    let t = aogrid_occlusion_transmittance(a, on_itself);
+    return select(1.0, aogrid_strengthen(occluder, t), aogrid_is_inside(p_grid));
+}
+
+/// Whether the occluder shades a receiver with this id and these layers.
+fn aogrid_shades(occluder: AogridOccluder, object_id: u32, layers: u32) -> bool {
+    return (occluder.layers & layers) != 0u && all(occluder.excluded != vec4u(object_id));
+}
+
+// ---- The parts ---------------------------------------------------------------------------------
+
+/// A row of an affine map, applied to a point: three fused multiply-adds.
+fn aogrid_row(row: vec4f, v: vec3f) -> f32 {
+    return fma(row.x, v.x, fma(row.y, v.y, fma(row.z, v.z, row.w)));
+}
+
+/// Where a world position lies in the grid's box, [0,1]^3.
+fn aogrid_grid_position(occluder: AogridOccluder, position: vec3f) -> vec3f {
+    return vec3f(
+        aogrid_row(occluder.grid_x, position),
+        aogrid_row(occluder.grid_y, position),
+        aogrid_row(occluder.grid_z, position),
+    );
+}
+
+/// Whether a position lies in the grid's box. NaN does not.
+fn aogrid_is_inside(p_grid: vec3f) -> bool {
+    let off_centre = abs(p_grid - 0.5);
+    return max(max(off_centre.x, off_centre.y), off_centre.z) <= 0.5;
+}
+
+/// Transmittance of a cone grid at a position in its box.
+fn aogrid_cone_at(occluder: AogridOccluder, grid: texture_3d<f32>, table: texture_2d<f32>,
+                  linear_clamp: sampler, p_grid: vec3f, normal: vec3f) -> f32 {
+    let texel = textureSampleLevel(grid, linear_clamp, p_grid, 0.0);
+    let cos_beta = aogrid_cos_beta(aogrid_axis(occluder, texel.rgb), normal);
+    let t = aogrid_clip_transmittance(table, linear_clamp, texel.a, cos_beta);
+    return aogrid_strengthen(occluder, t);
+}
+
+/// The cone's axis in world space, not normalised, from a texel's rgb.
+fn aogrid_axis(occluder: AogridOccluder, rgb: vec3f) -> vec3f {
+    return vec3f(
+        aogrid_row(occluder.axis_x, rgb),
+        aogrid_row(occluder.axis_y, rgb),
+        aogrid_row(occluder.axis_z, rgb),
+    );
+}
+
+/// Cosine of the angle between an axis of any length and a unit normal; 0 without an axis.
+fn aogrid_cos_beta(axis: vec3f, normal: vec3f) -> f32 {
+    let along = fma(axis.x, normal.x, fma(axis.y, normal.y, axis.z * normal.z));
+    return along * aogrid_inverse_length(axis);
+}
+
+/// 1 / |axis|, bounded where there is none.
+fn aogrid_inverse_length(axis: vec3f) -> f32 {
+    let square = fma(axis.x, axis.x, fma(axis.y, axis.y, axis.z * axis.z));
+    return inverseSqrt(max(square, AOGRID_AXIS_GUARD));
+}
+
+/// 1 - AO without a direction: AO = 2a on other surfaces, 2a - 1 on the occluder's own, which
+/// hides half of all directions from itself (RR-5779, 4.2, where half of that is printed).
+fn aogrid_occlusion_transmittance(a: f32, on_itself: bool) -> f32 {
+    return saturate(fma(-2.0, a, select(1.0, 2.0, on_itself)));
+}
+
+/// Where T_clip is looked up for a cone of fraction `a` with its axis at `cos_beta`.
+fn aogrid_clip_coordinate(a: f32, cos_beta: f32) -> vec2f {
+    return vec2f(
+        fma(a, AOGRID_CLIP_FRACTION_SCALE, AOGRID_CLIP_FRACTION_OFFSET),
+        fma(cos_beta, AOGRID_CLIP_COS_SCALE, AOGRID_CLIP_COS_OFFSET),
+    );
+}
+
+/// 1 - AO of a clipped cone, from T_clip as transmittance (one channel).
+fn aogrid_clip_transmittance(table: texture_2d<f32>, linear_clamp: sampler, a: f32,
+                             cos_beta: f32) -> f32 {
+    return textureSampleLevel(table, linear_clamp, aogrid_clip_coordinate(a, cos_beta), 0.0).r;
+}
+
+/// 1 - AO of a clipped cone in closed form, for those who want no table: no fetch, two arc
+/// tangents. The derivation is that of `aogrid_tables::clip`, with sin t0 cos t0 and
+/// sin phi0 cos phi0 written out, which leaves AO = (p cos beta + q)/pi without a quotient.
+fn aogrid_clip_transmittance_closed_form(a: f32, cos_beta: f32) -> f32 {
+    let cos_alpha = fma(-2.0, a, 1.0);
+    let sin_alpha_squared = 4.0 * a * (1.0 - a);
+    let root = sqrt(max(fma(-cos_beta, cos_beta, sin_alpha_squared), AOGRID_RIM_GUARD));
+    let half_rim = atan2(root, -cos_alpha * cos_beta);
+    let half_horizon = atan2(root, cos_alpha);
+    let occlusion = fma(sin_alpha_squared * cos_beta, half_rim, half_horizon - root * cos_alpha);
+    return 1.0 - saturate(occlusion / AOGRID_PI);
+}
+
+/// AO, the fraction a' and the axis weight f of a clipped cone, from the whole T_clip.
+fn aogrid_clip(table: texture_2d<f32>, linear_clamp: sampler, a: f32, cos_beta: f32) -> vec3f {
+    return textureSampleLevel(table, linear_clamp, aogrid_clip_coordinate(a, cos_beta), 0.0).rgb;
+}
+
+/// The unit axis of a clipped cone, f d + (1 - f) n; zero if that is (RR-5779, 5.2.2).
+fn aogrid_clipped_axis(axis: vec3f, normal: vec3f, axis_weight: f32) -> vec3f {
+    let sum = mix(normal, axis * aogrid_inverse_length(axis), axis_weight);
+    return sum * aogrid_inverse_length(sum);
+}
+
+/// What one occluder adds where axes are accumulated: (AO/2) d' and 1 - AO, the strength
+/// included, from the whole T_clip (RR-5779, 5.2.1). The product of all w is the transmittance
+/// and the sum of all xyz, normalised, the axis of what is occluded.
+fn aogrid_cone_with_axis_at(occluder: AogridOccluder, grid: texture_3d<f32>,
+                            table: texture_2d<f32>, linear_clamp: sampler, p_grid: vec3f,
+                            normal: vec3f) -> vec4f {
+    let texel = textureSampleLevel(grid, linear_clamp, p_grid, 0.0);
+    let axis = aogrid_axis(occluder, texel.rgb);
+    let clipped = aogrid_clip(table, linear_clamp, texel.a, aogrid_cos_beta(axis, normal));
+    let occlusion = clipped.x * occluder.strength;
+    let towards = aogrid_clipped_axis(axis, normal, clipped.z);
+    return vec4f(0.5 * occlusion * towards, 1.0 - occlusion);
+}
+
+/// The occluder's strength: 1 - strength * AO.
+fn aogrid_strengthen(occluder: AogridOccluder, transmittance: f32) -> f32 {
+    return fma(transmittance, occluder.strength, occluder.weakness);
+}
+
+// ---- Positions from depth ----------------------------------------------------------------------
+
+/// The world position of a pixel: `ndc` x and y in -1..1, y up, and the depth buffer's value.
+fn aogrid_world_position(world_from_clip: mat4x4f, ndc: vec2f, depth: f32) -> vec3f {
+    let p = world_from_clip * vec4f(ndc, depth, 1.0);
+    return p.xyz / p.w;
+}

@@ -1,0 +1,116 @@
+//! The WGSL library as text, and the constants that Rust and WGSL share.
+
+use std::fmt::Write;
+
+use aogrid_tables::ClipTable;
+
+/// The shading library: constants, then functions. Paste it in front of a shader of your own; it
+/// holds pure functions and one struct, all with the prefix `aogrid`, no bindings, no entry points
+/// and no directives, so that it can also be imported.
+pub const SHADING: &str = concat!(include_str!("constants.wgsl"), include_str!("shading.wgsl"));
+
+/// The raster pass, for reading and for measuring: what [`OcclusionPass`](crate::OcclusionPass)
+/// compiles.
+pub const OCCLUSION_PASS: &str = concat!(
+    include_str!("constants.wgsl"),
+    include_str!("shading.wgsl"),
+    include_str!("occlusion_pass/occlusion_pass.wgsl")
+);
+
+/// The id of no object: an occluder without an id, an unused place of
+/// [`Instance::excluded`](crate::Instance::excluded). No receiver may have it.
+pub const AOGRID_NO_OBJECT: u32 = u32::MAX;
+
+/// Squared length below which an axis is rounding and counts as none. A stored axis shorter than
+/// an 8-bit step, 1/127, says nothing; rounding in the decoding is 1e-7; this is 1e-4.
+pub(crate) const AOGRID_AXIS_GUARD: f32 = 1e-8;
+
+/// Keeps the closed form finite: the root of it, 1e-6, is below single floats' rounding of the
+/// angles that it enters.
+pub(crate) const AOGRID_RIM_GUARD: f32 = 1e-12;
+
+pub(crate) const AOGRID_PI: f32 = std::f32::consts::PI;
+
+pub(crate) const AOGRID_CLIP_FRACTION_SCALE: f32 = scale(ClipTable::SIZE[0]);
+pub(crate) const AOGRID_CLIP_FRACTION_OFFSET: f32 = 0.5 / ClipTable::SIZE[0] as f32;
+pub(crate) const AOGRID_CLIP_COS_SCALE: f32 = 0.5 * scale(ClipTable::SIZE[1]);
+/// ½ (N − 1)/N + ½/N.
+pub(crate) const AOGRID_CLIP_COS_OFFSET: f32 = 0.5;
+
+const fn scale(nodes: usize) -> f32 {
+    (nodes - 1) as f32 / nodes as f32
+}
+
+/// What `constants.wgsl` must be.
+pub fn constants() -> String {
+    let mut text = String::from(
+        "// aogrid: constants of the shading library, generated from Rust (`runtime/src/wgsl.rs`).\n\n",
+    );
+    let mut say = |comment: &str, lines: &[(&str, String)]| {
+        if !comment.is_empty() {
+            let _ = writeln!(text, "// {comment}");
+        }
+        for (name, value) in lines {
+            let _ = writeln!(text, "const {name} = {value};");
+        }
+    };
+    let float = |value: f32| format!("{value:?}");
+    say(
+        "T_clip's nodes lie at the ends of its axes: a look-up at x goes to x * SCALE + OFFSET.",
+        &[
+            (
+                "AOGRID_CLIP_FRACTION_SCALE",
+                float(AOGRID_CLIP_FRACTION_SCALE),
+            ),
+            (
+                "AOGRID_CLIP_FRACTION_OFFSET",
+                float(AOGRID_CLIP_FRACTION_OFFSET),
+            ),
+        ],
+    );
+    say(
+        "The same for (cos beta + 1) / 2, with cos beta as the argument.",
+        &[
+            ("AOGRID_CLIP_COS_SCALE", float(AOGRID_CLIP_COS_SCALE)),
+            ("AOGRID_CLIP_COS_OFFSET", float(AOGRID_CLIP_COS_OFFSET)),
+        ],
+    );
+    say(
+        "Squared length below which an axis is rounding and counts as none.",
+        &[("AOGRID_AXIS_GUARD", float(AOGRID_AXIS_GUARD))],
+    );
+    say(
+        "Keeps the closed form of T_clip finite where the plane touches the cone's rim.",
+        &[("AOGRID_RIM_GUARD", float(AOGRID_RIM_GUARD))],
+    );
+    say(
+        "The id of no object.",
+        &[("AOGRID_NO_OBJECT", format!("{AOGRID_NO_OBJECT}u"))],
+    );
+    say("", &[("AOGRID_PI", float(AOGRID_PI))]);
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_committed_constants_are_those_of_rust() {
+        assert_eq!(
+            include_str!("constants.wgsl"),
+            constants(),
+            "paste it from here"
+        );
+    }
+
+    #[test]
+    fn look_ups_go_where_the_tables_put_their_nodes() {
+        for x in [0.0_f32, 0.25, 1.0] {
+            let expected = aogrid_tables::texture_coordinate(x, ClipTable::SIZE[0]);
+            let [u, v] = crate::shading::aogrid_clip_coordinate(x, 2.0 * x - 1.0);
+            // One rounding each way.
+            assert!((u - expected).abs() < 2e-7 && (v - expected).abs() < 2e-7);
+        }
+    }
+}

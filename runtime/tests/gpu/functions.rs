@@ -1,0 +1,422 @@
+use aogrid_grid_format::{Encoding, Grid, TexelFormat};
+use aogrid_runtime::shading::*;
+use aogrid_runtime::{AogridOccluder, GridTexture, Instance, LinearTexture, tables, wgsl};
+
+use crate::gpu::{Gpu, gpu};
+use crate::grids::{ball, faded_ball, spec};
+
+/// What the library's functions are called by, one input a thread: position and normal, or the
+/// arguments of the function in x and y. `scale` picks the output apart.
+const KERNEL: &str = "
+struct Input { position: vec4f, normal: vec4f }
+@group(0) @binding(0) var<uniform> occluder: AogridOccluder;
+@group(0) @binding(1) var grid: texture_3d<f32>;
+@group(0) @binding(2) var transmittance: texture_2d<f32>;
+@group(0) @binding(3) var clip: texture_2d<f32>;
+@group(0) @binding(4) var linear_clamp: sampler;
+@group(0) @binding(5) var<storage, read> inputs: array<Input>;
+@group(0) @binding(6) var<storage, read_write> outputs: array<vec4f>;
+
+@compute @workgroup_size(64)
+fn evaluate(@builtin(global_invocation_id) id: vec3u) {
+    if id.x < arrayLength(&inputs) {
+        outputs[id.x] = value(inputs[id.x].position.xyz, inputs[id.x].normal.xyz);
+    }
+}
+";
+
+struct Bench<'a> {
+    gpu: &'a Gpu,
+    grid: Grid,
+    occluder: AogridOccluder,
+}
+
+type Input = [[f32; 4]; 2];
+
+impl<'a> Bench<'a> {
+    fn new(gpu: &'a Gpu, grid: Grid, instance: &Instance) -> Self {
+        let occluder = AogridOccluder::new(grid.spec(), grid.format(), instance).unwrap();
+        Self {
+            gpu,
+            grid,
+            occluder,
+        }
+    }
+
+    /// The values of `fn value(p: vec3f, n: vec3f) -> vec4f` with the given body.
+    fn run(&self, body: &str, inputs: &[Input]) -> Vec<[f32; 4]> {
+        let Gpu { device, queue, .. } = self.gpu;
+        let function = format!("fn value(p: vec3f, n: vec3f) -> vec4f {{ {body} }}");
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("test"),
+            source: wgpu::ShaderSource::Wgsl([wgsl::SHADING, KERNEL, &function].concat().into()),
+        });
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some("test"),
+            layout: None,
+            module: &module,
+            entry_point: Some("evaluate"),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        let occluder = self.gpu.storage(bytemuck::bytes_of(&self.occluder));
+        let grid = GridTexture::new(device, queue, &self.grid, "test").unwrap();
+        let transmittance = tables::transmittance_table(device, queue);
+        let clip = tables::clip_table(device, queue);
+        let sampler = tables::linear_clamp_sampler(device);
+        let input_buffer = self.gpu.storage(bytemuck::cast_slice(inputs));
+        let outputs = self.gpu.storage(&vec![0; inputs.len() * 16]);
+        let view = wgpu::BindingResource::TextureView;
+        let all = [
+            (0, "occluder", occluder.as_entire_binding()),
+            (1, "grid,", view(grid.view())),
+            (2, "transmittance,", view(&transmittance)),
+            (3, "clip,", view(&clip)),
+            (4, "linear_clamp", wgpu::BindingResource::Sampler(&sampler)),
+            (5, "", input_buffer.as_entire_binding()),
+            (6, "", outputs.as_entire_binding()),
+        ];
+        // The pipeline's own layout has the bindings that the body uses.
+        let used = all.into_iter().filter(|(_, name, _)| body.contains(name));
+        let entries: Vec<_> = used
+            .map(|(binding, _, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("test"),
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        });
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.dispatch_workgroups(inputs.len().div_ceil(64) as u32, 1, 1);
+        drop(pass);
+        queue.submit([encoder.finish()]);
+        bytemuck::pod_collect_to_vec(&self.gpu.read_buffer(&outputs))
+    }
+
+    /// The largest difference of each component from the twin's.
+    fn worst(
+        &self,
+        body: &str,
+        inputs: &[Input],
+        twin: impl Fn([f32; 3], [f32; 3]) -> [f32; 4],
+    ) -> [f32; 4] {
+        let found = self.run(body, inputs);
+        assert_eq!(found.len(), inputs.len());
+        assert!(found.iter().any(|v| *v != found[0]), "nothing was compared");
+        let mut worst = [0.0_f32; 4];
+        for ([p, n], found) in inputs.iter().zip(found) {
+            let expected = twin([p[0], p[1], p[2]], [n[0], n[1], n[2]]);
+            for c in 0..4 {
+                let difference = (found[c] - expected[c]).abs();
+                assert!(!difference.is_nan(), "{p:?} {n:?}: {found:?}");
+                worst[c] = worst[c].max(difference);
+            }
+        }
+        println!("{body}: off by at most {worst:?}");
+        worst
+    }
+}
+
+/// A turned, enlarged and mirrored instance.
+fn turned() -> Instance {
+    let turn = glam::Mat4::from_scale_rotation_translation(
+        glam::Vec3::new(-1.5, 1.5, 1.5),
+        glam::Quat::from_euler(glam::EulerRot::XYZ, 0.4, -1.1, 2.0),
+        glam::Vec3::new(3.0, -2.0, 1.0),
+    );
+    Instance {
+        strength: 0.8,
+        ..Instance::at(turn.to_cols_array_2d())
+    }
+}
+
+/// Points in the box of the turned instance and around it, with normals all over the sphere.
+fn dense() -> Vec<Input> {
+    let world = glam::Mat4::from_cols_array_2d(&turned().world_from_object);
+    let n = 33_u32;
+    let points = (0..n * n * n).map(|i| [i % n, i / n % n, i / (n * n)]);
+    let spec = spec();
+    points
+        .enumerate()
+        .map(|(idx, ijk)| {
+            let p = glam::Vec3::from_array(std::array::from_fn(|x| {
+                // From 15 % of the box outside one face to as much outside the other.
+                let t = 2.6 * ijk[x] as f32 / (n - 1) as f32 - 1.3;
+                spec.center()[x] + t * spec.half_extents()[x]
+            }));
+            let p = world.transform_point3(p);
+            let n = spiral(idx);
+            [[p.x, p.y, p.z, 1.0], [n[0], n[1], n[2], 0.0]]
+        })
+        .collect()
+}
+
+/// Directions whose height and azimuth are incommensurable.
+fn spiral(idx: usize) -> [f32; 3] {
+    let z = 1.0 - 2.0 * (idx as f32 * 0.754_877_7).fract();
+    let (sin, cos) = (idx as f32 * 2.399_963_2).sin_cos();
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    [r * cos, r * sin, z]
+}
+
+/// All of a and cos β, corners included.
+fn arguments() -> Vec<Input> {
+    let n = 201;
+    (0..n * n)
+        .map(|i| {
+            let [a, c] = [i % n, i / n].map(|k| k as f32 / (n - 1) as f32);
+            [[a, 2.0 * c - 1.0, 0.0, 0.0], [0.0; 4]]
+        })
+        .collect()
+}
+
+/// A handful of roundings of numbers up to 2, in another order or fused.
+const ROUNDING: f32 = 2e-6;
+
+/// The steepest T_clip: AO = 4a(1 − a) for a cone around the normal, by a.
+const BY_FRACTION: f32 = 4.0;
+
+/// The same by cos β: a half-space's AO is (1 + cos β)/2 and a small cone's 4a cos β, and none
+/// is steeper than 1.
+const BY_COSINE: f32 = 1.0;
+
+/// The largest step between neighbouring cells that the sweep meets in any channel: from the
+/// ball's surface outwards, cells of 0.175 (x) take a from 0.5 to 0.16 and turn d by a third.
+const STEP: f32 = 0.35;
+
+/// Largest steps between neighbouring nodes of T_clip, along a and along cos β.
+const TABLE_STEPS: [f32; 2] = [BY_FRACTION / 63.0, 2.0 * BY_COSINE / 63.0];
+
+impl Bench<'_> {
+    /// The error of one channel of the grid, looked up.
+    fn channel_error(&self) -> f32 {
+        let eight_bit = self.grid.format() == TexelFormat::Unorm8;
+        // Each of the three blends may be rounded to the texels' 8 bits.
+        let rounding = if eight_bit { 3.0 * 0.5 / 255.0 } else { 0.0 };
+        3.0 * self.gpu.weight_error(eight_bit) * STEP + rounding + ROUNDING
+    }
+
+    /// The error of a look-up in a table whose neighbours differ by no more than `steps`.
+    fn table_error(&self, steps: [f32; 2]) -> f32 {
+        self.gpu.weight_error(false) * (steps[0] + steps[1]) + ROUNDING
+    }
+
+    /// The error of a transmittance: of a, of cos β (which has the error of an axis that is three
+    /// decoded channels and not much shorter than 1), and of the table.
+    fn cone_error(&self) -> f32 {
+        let decoded = match self.grid.format() {
+            TexelFormat::Unorm8 => 255.0 / 127.0,
+            _ => 1.0,
+        };
+        let of_axis = self.channel_error() * decoded * 3.0_f32.sqrt();
+        BY_FRACTION * self.channel_error() + BY_COSINE * of_axis + self.table_error(TABLE_STEPS)
+    }
+}
+
+/// Outside the ball: inside it axes flip from cell to cell and mean nothing.
+fn outside() -> Vec<Input> {
+    let occluder = glam::Mat4::from_cols_array_2d(&turned().world_from_object).inverse();
+    let mut inputs = dense();
+    inputs.retain(|[p, _]| {
+        let p = occluder.transform_point3(glam::Vec3::new(p[0], p[1], p[2]));
+        p.length() > crate::grids::RADIUS
+    });
+    assert!(inputs.len() > 30_000);
+    inputs
+}
+
+#[test]
+fn cones_are_looked_up_and_clipped_as_by_the_twin() {
+    let Some(gpu) = gpu() else { return };
+    let table = LinearTexture::transmittance_table();
+    for format in TexelFormat::ALL {
+        let bench = Bench::new(&gpu, ball(Encoding::Cone, format), &turned());
+        let grid = LinearTexture::of_grid(&bench.grid);
+        let worst = bench.worst(
+            "return vec4f(aogrid_cone(occluder, grid, transmittance, linear_clamp, p, n));",
+            &outside(),
+            |p, n| [aogrid_cone(&bench.occluder, &grid, &table, p, n); 4],
+        );
+        assert!(worst[0] <= bench.cone_error(), "{format:?}: {worst:?}");
+    }
+}
+
+#[test]
+fn faded_grids_go_on_outside_their_box_as_if_they_were_tested() {
+    let Some(gpu) = gpu() else { return };
+    let table = LinearTexture::transmittance_table();
+    for format in TexelFormat::ALL {
+        let bench = Bench::new(&gpu, faded_ball(format), &turned());
+        let grid = LinearTexture::of_grid(&bench.grid);
+        let worst = bench.worst(
+            "return vec4f(aogrid_cone_faded(occluder, grid, transmittance, linear_clamp, p, n));",
+            &outside(),
+            // The twin with the test, the shader without.
+            |p, n| [aogrid_cone(&bench.occluder, &grid, &table, p, n); 4],
+        );
+        assert!(worst[0] <= bench.cone_error(), "{format:?}: {worst:?}");
+        let twin = bench.worst(
+            "return vec4f(aogrid_cone_faded(occluder, grid, transmittance, linear_clamp, p, n));",
+            &outside(),
+            |p, n| [aogrid_cone_faded(&bench.occluder, &grid, &table, p, n); 4],
+        );
+        assert!(twin[0] <= bench.cone_error(), "{format:?}: {twin:?}");
+    }
+}
+
+#[test]
+fn occlusion_alone_is_the_twin_s_on_others_and_on_itself() {
+    let Some(gpu) = gpu() else { return };
+    for format in TexelFormat::ALL {
+        for (encoding, function) in [
+            (Encoding::Occlusion, "aogrid_occlusion"),
+            (Encoding::Cone, "aogrid_occlusion_of_cone"),
+        ] {
+            let bench = Bench::new(&gpu, ball(encoding, format), &turned());
+            let grid = LinearTexture::of_grid(&bench.grid);
+            let call =
+                |on_itself| format!("{function}(occluder, grid, linear_clamp, p, {on_itself})");
+            let body = format!("return vec4f({}, {}, 0, 0);", call(false), call(true));
+            let worst = bench.worst(&body, &dense(), |p, _| {
+                let twin = match encoding {
+                    Encoding::Occlusion => aogrid_occlusion,
+                    Encoding::Cone => aogrid_occlusion_of_cone,
+                };
+                let t = |on_itself| twin(&bench.occluder, &grid, p, on_itself);
+                [t(false), t(true), 0.0, 0.0]
+            });
+            // AO = 2a.
+            let tolerance = 2.0 * bench.channel_error();
+            assert!(
+                worst.iter().all(|w| *w <= tolerance),
+                "{format:?}: {worst:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn clipping_is_the_twin_s_by_table_and_in_closed_form() {
+    let Some(gpu) = gpu() else { return };
+    let bench = Bench::new(&gpu, ball(Encoding::Cone, TexelFormat::F16), &turned());
+    let (table, whole) = (
+        LinearTexture::transmittance_table(),
+        LinearTexture::clip_table(),
+    );
+    let by_table = bench.worst(
+        "return vec4f(aogrid_clip_transmittance(transmittance, linear_clamp, p.x, p.y));",
+        &arguments(),
+        |p, _| [aogrid_clip_transmittance(&table, p[0], p[1]); 4],
+    );
+    assert!(
+        by_table[0] <= bench.table_error(TABLE_STEPS),
+        "{by_table:?}"
+    );
+
+    let all = bench.worst(
+        "return vec4f(aogrid_clip(clip, linear_clamp, p.x, p.y), 0);",
+        &arguments(),
+        |p, _| {
+            let [occlusion, fraction, weight] = aogrid_clip(&whole, p[0], p[1]);
+            [occlusion, fraction, weight, 0.0]
+        },
+    );
+    // a' follows a at most one to one, f may jump from one node to the next.
+    let steps = [TABLE_STEPS, [1.0 / 63.0; 2], [1.0; 2]];
+    for c in 0..3 {
+        assert!(all[c] <= bench.table_error(steps[c]), "{all:?}");
+    }
+
+    let closed = bench.worst(
+        "return vec4f(aogrid_clip_transmittance_closed_form(p.x, p.y), 0, 0, 0);",
+        &arguments(),
+        |p, _| {
+            [
+                aogrid_clip_transmittance_closed_form(p[0], p[1]),
+                0.0,
+                0.0,
+                0.0,
+            ]
+        },
+    );
+    // WGSL asks atan2 for 4096 units in the last place of an angle up to π.
+    let arc_tangents = 2.0 * 4096.0 * 2.0_f32.powi(-22) / std::f32::consts::PI;
+    assert!(closed[0] <= arc_tangents, "{closed:?}");
+}
+
+#[test]
+fn axes_and_what_is_left_of_them_are_the_twin_s() {
+    let Some(gpu) = gpu() else { return };
+    let whole = LinearTexture::clip_table();
+    for format in TexelFormat::ALL {
+        let bench = Bench::new(&gpu, ball(Encoding::Cone, format), &turned());
+        let grid = LinearTexture::of_grid(&bench.grid);
+        let worst = bench.worst(
+            "let p_grid = aogrid_grid_position(occluder, p);
+             return aogrid_cone_with_axis_at(occluder, grid, clip, linear_clamp, p_grid, n);",
+            &outside(),
+            |p, n| {
+                let p_grid = aogrid_grid_position(&bench.occluder, p);
+                aogrid_cone_with_axis_at(&bench.occluder, &grid, &whole, p_grid, n)
+            },
+        );
+        // (AO/2) d' changes with a and cos β no faster than AO does, but next to f's jump.
+        let tolerance = bench.cone_error();
+        assert!(
+            worst.iter().all(|w| *w <= tolerance),
+            "{format:?}: {worst:?}"
+        );
+    }
+}
+
+#[test]
+fn positions_come_back_from_depth_as_by_the_twin() {
+    let Some(gpu) = gpu() else { return };
+    let bench = Bench::new(&gpu, ball(Encoding::Cone, TexelFormat::F16), &turned());
+    let projection = glam::Mat4::from_scale_rotation_translation(
+        glam::Vec3::new(0.5, 0.25, 0.125),
+        glam::Quat::from_euler(glam::EulerRot::XYZ, 0.1, 0.2, 0.3),
+        glam::Vec3::new(1.0, 2.0, 3.0),
+    );
+    let m = projection.to_cols_array_2d();
+    let column = |c: [f32; 4]| format!("vec4f({}, {}, {}, {})", c[0], c[1], c[2], c[3]);
+    let columns: Vec<_> = m.map(column).to_vec();
+    let body = format!(
+        "return vec4f(aogrid_world_position(mat4x4f({}), p.xy, p.z), 1);",
+        columns.join(", ")
+    );
+    let inputs: Vec<Input> = dense();
+    let worst = bench.worst(&body, &inputs, |p, _| {
+        let [x, y, z] = aogrid_world_position(m, [p[0], p[1]], p[2]);
+        [x, y, z, 1.0]
+    });
+    // Four products of numbers up to 8, added up.
+    assert!(worst.iter().all(|w| *w <= 8.0 * ROUNDING), "{worst:?}");
+}
+
+#[test]
+fn layers_and_excluded_ids_are_the_twin_s() {
+    let Some(gpu) = gpu() else { return };
+    let instance = Instance {
+        layers: 0b0110,
+        excluded: [7, 9, u32::MAX, u32::MAX],
+        ..turned()
+    };
+    let bench = Bench::new(&gpu, ball(Encoding::Cone, TexelFormat::F16), &instance);
+    let inputs: Vec<Input> = (0..256)
+        .map(|i| [[(i % 16) as f32, (i / 16) as f32, 0.0, 0.0], [0.0; 4]])
+        .collect();
+    let body = "let shades = aogrid_shades(occluder, u32(p.x), u32(p.y));
+                return vec4f(select(0.0, 1.0, shades), 0, 0, 0);";
+    let worst = bench.worst(body, &inputs, |p, _| {
+        let shades = aogrid_shades(&bench.occluder, p[0] as u32, p[1] as u32);
+        let expected =
+            ![7.0, 9.0].contains(&p[0]) && [2, 4, 6].iter().any(|m| p[1] as u32 & 6 == *m);
+        assert_eq!(shades, expected);
+        [f32::from(u8::from(shades)), 0.0, 0.0, 0.0]
+    });
+    assert_eq!(worst, [0.0; 4]);
+}

@@ -1,0 +1,78 @@
+use aogrid_grid_format::{
+    BakeRecord, Boundary, BoundaryMode, Encoding, Grid, GridSpec, Interior, Method, Source,
+    TexelFormat,
+};
+
+/// The radius of the ball that [`ball`] hides the sky behind.
+pub const RADIUS: f32 = 0.5;
+
+/// Cells per axis: different ones, so that no axis is taken for another.
+pub const RESOLUTION: [u32; 3] = [16, 20, 24];
+
+/// The box around the ball: off the origin, and of different sizes.
+pub fn spec() -> GridSpec {
+    GridSpec::new(RESOLUTION, [0.1, -0.2, 0.05], [1.4, 1.6, 1.5]).expect("a box")
+}
+
+/// The exact cones of a ball around the origin; inside it occlusion goes on growing, to 1.
+pub fn ball(encoding: Encoding, format: TexelFormat) -> Grid {
+    grid(encoding, format, |p| {
+        let inside = (1.0 - length(p) / RADIUS).max(0.0);
+        let outside = (RADIUS / length(p)).min(1.0);
+        let a = (1.0 - (1.0 - outside * outside).sqrt() + inside) / 2.0;
+        let d = p.map(|x| -x / length(p).max(1e-6));
+        [d[0], d[1], d[2], a]
+    })
+}
+
+/// The same, faded so that all outer cells are open (RR-5779, 3.3.2).
+pub fn faded_ball(format: TexelFormat) -> Grid {
+    let spec = spec();
+    let plain = ball(Encoding::Cone, TexelFormat::F32);
+    let outer = (0..spec.cell_count()).filter(|&idx| spec.is_outer(spec.cell_at(idx)));
+    let largest = outer.map(|idx| plain.cone(idx)[3]).fold(0.0, f32::max);
+    let cells: Vec<_> = (0..spec.cell_count())
+        .map(|idx| {
+            let [x, y, z, a] = plain.cone(idx);
+            [x, y, z, ((a - largest) / (1.0 - largest)).max(0.0)]
+        })
+        .collect();
+    Grid::encode(spec, Encoding::Cone, format, &cells, record()).expect("a grid")
+}
+
+fn grid(encoding: Encoding, format: TexelFormat, cone: impl Fn([f32; 3]) -> [f32; 4]) -> Grid {
+    let spec = spec();
+    let cells: Vec<_> = (0..spec.cell_count())
+        .map(|idx| {
+            let p = spec.sample_from_center(spec.cell_at(idx), [0.0; 3]);
+            cone(std::array::from_fn(|x| spec.center()[x] + p[x] as f32))
+        })
+        .collect();
+    Grid::encode(spec, encoding, format, &cells, record()).expect("a grid")
+}
+
+pub fn length(v: [f32; 3]) -> f32 {
+    (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()
+}
+
+fn record() -> BakeRecord {
+    BakeRecord {
+        epsilon: None,
+        sample_offset: [0.0; 3],
+        method: Method::Faces { size: 16 },
+        max_distance: None,
+        interior: Interior::Fill,
+        interior_cells: 0,
+        boundary: Boundary {
+            requested: BoundaryMode::None,
+            applied: BoundaryMode::None,
+            v_m: 0.0,
+        },
+        source: Source {
+            name: "ball".into(),
+            part: None,
+            blake3: "0".repeat(64),
+            triangles: 1,
+        },
+    }
+}

@@ -1,0 +1,18 @@
+//! The shaders: valid, and equal to their CPU twin. One binary.
+//!
+//! A machine without a Vulkan, Metal or DX12 adapter skips what needs one, and says so;
+//! `AOGRID_GPU=require` makes that a failure.
+
+/// The WGSL library, function by function, against the twin.
+mod functions;
+/// Every shader compiles, and its structs are laid out as Rust's.
+mod modules;
+/// The raster pass against the twin on whole images.
+mod raster;
+
+/// Adapters, buffers and images.
+mod gpu;
+/// Grids with a known answer in every cell.
+mod grids;
+/// G-buffers without a rasteriser.
+mod scene;

@@ -1,0 +1,111 @@
+use aogrid_runtime::{AogridOccluder, wgsl};
+use std::mem::offset_of;
+
+/// Everything that the crate publishes or compiles, and how many entry points each has.
+const MODULES: [(&str, &str, usize); 2] = [
+    ("shading", wgsl::SHADING, 0),
+    ("occlusion pass", wgsl::OCCLUSION_PASS, 5),
+];
+
+fn parse(name: &str, source: &str) -> naga::Module {
+    let module = naga::front::wgsl::parse_str(source)
+        .unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(source)));
+    // No capability beyond WebGPU's own.
+    let mut validator = naga::valid::Validator::new(
+        naga::valid::ValidationFlags::all(),
+        naga::valid::Capabilities::empty(),
+    );
+    validator
+        .validate(&module)
+        .unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(source)));
+    module
+}
+
+#[test]
+fn every_shader_of_the_crate_is_valid_without_any_extension() {
+    for (name, source, entry_points) in MODULES {
+        assert_eq!(
+            parse(name, source).entry_points.len(),
+            entry_points,
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn no_shader_file_is_left_out() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut folders = vec![folder];
+    let mut found = 0;
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "wgsl") {
+                let text = std::fs::read_to_string(&path).unwrap();
+                let published = MODULES.iter().any(|(_, source, _)| source.contains(&text));
+                assert!(published, "{} is in no tested module", path.display());
+                found += 1;
+            }
+        }
+    }
+    assert_eq!(found, 3);
+}
+
+#[test]
+fn the_library_can_be_pasted_anywhere() {
+    let module = parse("shading", wgsl::SHADING);
+    assert!(module.global_variables.is_empty(), "it binds something");
+    assert!(module.overrides.is_empty(), "it asks for constants");
+    let functions = module.functions.iter().map(|(_, f)| f.name.as_deref());
+    let types = module.types.iter().map(|(_, t)| t.name.as_deref());
+    let names: Vec<_> = functions.chain(types).flatten().collect();
+    assert!(names.len() > 20);
+    for name in names {
+        let ours = name.starts_with("aogrid_") || name.starts_with("Aogrid");
+        assert!(ours, "{name} could collide with a user's own");
+    }
+}
+
+#[test]
+fn every_function_has_a_twin_of_the_same_name() {
+    let module = parse("shading", wgsl::SHADING);
+    let twin = include_str!("../../src/shading.rs");
+    for (_, function) in module.functions.iter() {
+        let name = function.name.as_deref().unwrap();
+        assert!(twin.contains(&format!("pub fn {name}(")), "{name}");
+    }
+}
+
+#[test]
+fn the_occluder_is_laid_out_alike_in_rust_and_wgsl() {
+    let module = parse("shading", wgsl::SHADING);
+    let (_, occluder) = module
+        .types
+        .iter()
+        .find(|(_, t)| t.name.as_deref() == Some("AogridOccluder"))
+        .unwrap();
+    let naga::TypeInner::Struct { members, span } = &occluder.inner else {
+        panic!("it is a struct");
+    };
+    let expected = [
+        ("grid_x", offset_of!(AogridOccluder, grid_x)),
+        ("grid_y", offset_of!(AogridOccluder, grid_y)),
+        ("grid_z", offset_of!(AogridOccluder, grid_z)),
+        ("axis_x", offset_of!(AogridOccluder, axis_x)),
+        ("axis_y", offset_of!(AogridOccluder, axis_y)),
+        ("axis_z", offset_of!(AogridOccluder, axis_z)),
+        ("excluded", offset_of!(AogridOccluder, excluded)),
+        ("object_id", offset_of!(AogridOccluder, object_id)),
+        ("layers", offset_of!(AogridOccluder, layers)),
+        ("strength", offset_of!(AogridOccluder, strength)),
+        ("weakness", offset_of!(AogridOccluder, weakness)),
+    ];
+    let found: Vec<_> = members
+        .iter()
+        .map(|m| (m.name.as_deref().unwrap(), m.offset as usize))
+        .collect();
+    assert_eq!(found, expected);
+    assert_eq!(*span as usize, size_of::<AogridOccluder>());
+}

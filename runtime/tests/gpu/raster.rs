@@ -1,0 +1,447 @@
+use aogrid_grid_format::{Encoding, Grid, TexelFormat};
+use aogrid_runtime::shading::*;
+use aogrid_runtime::{
+    AogridOccluder, DepthTest, Frame, GridTexture, Instance, LinearTexture, Mode, Normals,
+    OcclusionPass, OcclusionPassDescriptor, Output, PassError, Positions, PrepareError, Receivers,
+};
+use glam::camera::rh::{proj, view};
+use glam::{Mat4, Vec3};
+
+use crate::gpu::{Gpu, gpu, gpu_with};
+use crate::grids::{ball, faded_ball};
+use crate::scene::{GBuffer, SIZE, gbuffer, orthographic, perspective, places, reversed, surfaces};
+
+/// What one occluder may differ by on a float grid and a 32-bit float target: a handful of
+/// roundings in positions of a few units, which T_clip steepens fourfold.
+const PER_OCCLUDER: f32 = 1e-5;
+
+/// One rounding to a half just below 1. Mesa's software rasteriser blends halves by cutting off.
+const HALF: f32 = 1.0 / 2048.0;
+
+/// What the passes here have in common.
+fn descriptor() -> OcclusionPassDescriptor {
+    OcclusionPassDescriptor {
+        label: "test".into(),
+        mode: Mode::Cone,
+        output: Output::Transmittance,
+        target: wgpu::TextureFormat::R32Float,
+        positions: Positions::World,
+        normals: Normals::Signed,
+        receivers: Receivers::None,
+        depth: None,
+        front_face: wgpu::FrontFace::Ccw,
+        encoding: Encoding::Cone,
+    }
+}
+
+/// A scene as the pass and the twin both see it.
+struct Scene {
+    camera: Mat4,
+    buffer: GBuffer,
+    grid: Grid,
+    instances: Vec<Instance>,
+}
+
+impl Scene {
+    fn new(camera: Mat4, grid: Grid) -> Self {
+        Self {
+            camera,
+            buffer: gbuffer(camera, &surfaces()),
+            grid,
+            instances: places()
+                .map(|place| Instance::at(place.to_cols_array_2d()))
+                .to_vec(),
+        }
+    }
+
+    /// The texels that the pass leaves in its target.
+    fn draw(&self, gpu: &Gpu, descriptor: OcclusionPassDescriptor) -> Vec<u8> {
+        let Gpu { device, queue, .. } = gpu;
+        let target = gpu.target(SIZE, descriptor.target);
+        let depth = descriptor.depth.map(|_| self.depth(gpu));
+        let mut pass = OcclusionPass::new(device, queue, descriptor.clone()).unwrap();
+        let grid = GridTexture::new(device, queue, &self.grid, "ball").unwrap();
+        let occluders: Vec<_> = self.instances.iter().map(|i| (&grid, *i)).collect();
+        let floats = wgpu::TextureFormat::Rgba32Float;
+        let positions = match descriptor.positions {
+            Positions::World => {
+                gpu.texture(SIZE, floats, bytemuck::cast_slice(&self.buffer.positions))
+            }
+            Positions::Depth => gpu.texture(
+                SIZE,
+                wgpu::TextureFormat::R32Float,
+                bytemuck::cast_slice(&self.buffer.depths),
+            ),
+        };
+        let normals = gpu.texture(SIZE, floats, bytemuck::cast_slice(&self.buffer.normals));
+        let receivers = gpu.texture(
+            SIZE,
+            wgpu::TextureFormat::Rg32Uint,
+            bytemuck::cast_slice(&self.buffer.receivers),
+        );
+        let frame = Frame {
+            clip_from_world: self.camera.to_cols_array_2d(),
+            positions: &positions,
+            normals: Some(&normals),
+            receivers: Some(&receivers),
+            occluders: &occluders,
+        };
+        pass.prepare(device, queue, &frame).unwrap();
+        let view = target.create_view(&Default::default());
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let mut render_pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("test"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(pass.clear_color()),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            // Read only: no operations.
+            depth_stencil_attachment: depth.as_ref().map(|view| {
+                wgpu::RenderPassDepthStencilAttachment {
+                    view,
+                    depth_ops: None,
+                    stencil_ops: None,
+                }
+            }),
+            ..Default::default()
+        });
+        pass.draw(&mut render_pass);
+        drop(render_pass);
+        queue.submit([encoder.finish()]);
+        gpu.read_texture(&target)
+    }
+
+    fn transmittances(&self, gpu: &Gpu, descriptor: OcclusionPassDescriptor) -> Vec<f32> {
+        bytemuck::pod_collect_to_vec(&self.draw(gpu, descriptor))
+    }
+
+    /// The depths in a depth texture: drawn, as no copy may write one.
+    fn depth(&self, gpu: &Gpu) -> wgpu::TextureView {
+        let target = gpu.target_depth(SIZE, wgpu::TextureFormat::Depth32Float);
+        let depths: Vec<f32> = self
+            .buffer
+            .depths
+            .iter()
+            .map(|d| if d.is_nan() { 0.5 } else { *d })
+            .collect();
+        gpu.fill_depth(&target, &depths, SIZE);
+        target.create_view(&Default::default())
+    }
+
+    /// The twin's image: position, normal, ids of a pixel and its occluders' transmittances.
+    fn twin(&self, mode: Mode) -> Vec<f32> {
+        let table = LinearTexture::transmittance_table();
+        let texture = LinearTexture::of_grid(&self.grid);
+        let pixels = 0..self.buffer.positions.len();
+        pixels
+            .map(|pixel| {
+                let receiver = self.buffer.receivers[pixel];
+                let shading = self.instances.iter().map(|instance| {
+                    let (grid, format) = (self.grid.spec(), self.grid.format());
+                    AogridOccluder::new(grid, format, instance).unwrap()
+                });
+                shading
+                    .filter(|o| aogrid_shades(o, receiver[0], receiver[1]))
+                    .map(|o| {
+                        let [x, y, z, _] = self.buffer.positions[pixel];
+                        let [nx, ny, nz, _] = self.buffer.normals[pixel];
+                        let (p, n) = ([x, y, z], [nx, ny, nz]);
+                        match mode {
+                            Mode::Cone => aogrid_cone(&o, &texture, &table, p, n),
+                            Mode::Occlusion => {
+                                let itself = receiver[0] == o.object_id;
+                                aogrid_occlusion_of_cone(&o, &texture, p, itself)
+                            }
+                        }
+                    })
+                    .product()
+            })
+            .collect()
+    }
+}
+
+/// The largest difference; and that there is a picture at all.
+fn worst(found: &[f32], expected: &[f32]) -> f32 {
+    assert_eq!(found.len(), expected.len());
+    let shaded = expected.iter().filter(|t| **t < 0.9).count();
+    assert!(shaded > 200, "only {shaded} pixels are in shadow");
+    let differences = found.iter().zip(expected).map(|(a, b)| (a - b).abs());
+    let worst = differences.fold(0.0_f32, |worst, d| {
+        assert!(!d.is_nan());
+        worst.max(d)
+    });
+    println!("off by at most {worst}, {shaded} pixels in shadow");
+    worst
+}
+
+fn faded() -> Grid {
+    faded_ball(TexelFormat::F16)
+}
+
+#[test]
+fn images_are_the_twin_s_in_perspective_and_orthographic() {
+    let Some(gpu) = gpu() else { return };
+    for camera in [perspective(), reversed(), orthographic()] {
+        let scene = Scene::new(camera, faded());
+        let found = scene.transmittances(&gpu, descriptor());
+        assert!(worst(&found, &scene.twin(Mode::Cone)) <= 3.0 * PER_OCCLUDER);
+    }
+}
+
+#[test]
+fn grids_that_end_at_once_end_where_the_twin_s_do() {
+    let Some(gpu) = gpu() else { return };
+    let scene = Scene::new(perspective(), ball(Encoding::Cone, TexelFormat::F32));
+    let found = scene.transmittances(&gpu, descriptor());
+    let expected = scene.twin(Mode::Cone);
+    let pairs = found.iter().zip(&expected);
+    let different = pairs.filter(|(a, b)| (*a - *b).abs() > 3.0 * PER_OCCLUDER);
+    // A receiver may lie within rounding of a box's side: one or two in an image.
+    assert!(different.count() <= 2);
+}
+
+#[test]
+fn positions_from_depth_shade_like_positions() {
+    let Some(gpu) = gpu() else { return };
+    for camera in [perspective(), reversed(), orthographic()] {
+        let scene = Scene::new(camera, faded());
+        let from_depth = OcclusionPassDescriptor {
+            positions: Positions::Depth,
+            ..descriptor()
+        };
+        let found = scene.transmittances(&gpu, from_depth);
+        // One step of a depth near 1, 2^-24, is 0.1/(1 - depth)^2... of a unit: at 6 units from
+        // a near plane of 0.1 that is 6 * 6 / 0.1 * 6e-8 = 2e-5, and a changes by 0.34 in a
+        // cell of 0.1 units (the smallest here), times 4 of T_clip.
+        let tolerance = 3.0 * (2e-5 * 4.0 * 3.4 + PER_OCCLUDER);
+        assert!(worst(&found, &scene.twin(Mode::Cone)) <= tolerance);
+    }
+}
+
+#[test]
+fn a_depth_test_leaves_the_image_as_it_is() {
+    let wanted = wgpu::Features::FLOAT32_BLENDABLE | wgpu::Features::DEPTH_CLIP_CONTROL;
+    let Some(gpu) = gpu_with(wanted) else { return };
+    let near_far = |far: f32| {
+        let view = view::look_at_mat4(Vec3::new(3.0, 2.5, 4.0), Vec3::ZERO, Vec3::Y);
+        proj::directx::perspective(0.9, SIZE[0] as f32 / SIZE[1] as f32, 0.1, far) * view
+    };
+    let cases = [
+        (near_far(50.0), wgpu::CompareFunction::GreaterEqual),
+        (reversed(), wgpu::CompareFunction::LessEqual),
+        // The far plane cuts through the boxes.
+        (near_far(6.5), wgpu::CompareFunction::GreaterEqual),
+    ];
+    for (camera, compare) in cases {
+        let scene = Scene::new(camera, faded());
+        let without = scene.transmittances(&gpu, descriptor());
+        let with = OcclusionPassDescriptor {
+            depth: Some(DepthTest {
+                format: wgpu::TextureFormat::Depth32Float,
+                compare,
+            }),
+            ..descriptor()
+        };
+        let with = scene.transmittances(&gpu, with);
+        assert_eq!(with, without);
+        assert!(worst(&with, &scene.twin(Mode::Cone)) <= 3.0 * PER_OCCLUDER);
+    }
+}
+
+#[test]
+fn cameras_inside_a_box_and_in_front_of_an_occluder_see_its_shadow() {
+    let Some(gpu) = gpu() else { return };
+    let aspect = SIZE[0] as f32 / SIZE[1] as f32;
+    let projection = proj::directx::perspective(1.2, aspect, 0.1, 50.0);
+    // In the first box; and with the ball behind: it is at the origin.
+    for (eye, at) in [
+        (Vec3::new(0.2, 0.7, 0.9), Vec3::new(0.0, -0.6, 0.0)),
+        (Vec3::new(0.0, 0.2, -0.62), Vec3::new(0.0, -0.4, -3.0)),
+    ] {
+        let camera = projection * view::look_at_mat4(eye, at, Vec3::Y);
+        let scene = Scene::new(camera, faded());
+        let found = scene.transmittances(&gpu, descriptor());
+        assert!(worst(&found, &scene.twin(Mode::Cone)) <= 3.0 * PER_OCCLUDER);
+    }
+}
+
+#[test]
+fn ids_layers_strength_and_exclusion_are_the_twin_s() {
+    let Some(gpu) = gpu() else { return };
+    for mode in [Mode::Cone, Mode::Occlusion] {
+        let mut scene = Scene::new(perspective(), faded());
+        scene.instances[0].object_id = 3;
+        scene.instances[1].strength = 0.4;
+        scene.instances[1].layers = 2;
+        scene.instances[2].excluded[0] = 3;
+        scene.instances[2].excluded[1] = 2;
+        let with_ids = OcclusionPassDescriptor {
+            mode,
+            receivers: Receivers::IdsAndLayers,
+            ..descriptor()
+        };
+        let found = scene.transmittances(&gpu, with_ids);
+        assert!(
+            worst(&found, &scene.twin(mode)) <= 3.0 * PER_OCCLUDER,
+            "{mode:?}"
+        );
+        // They do make a difference.
+        let plain = Scene::new(perspective(), faded()).twin(mode);
+        assert!(worst(&found, &plain) > 0.1);
+    }
+}
+
+#[test]
+fn axes_add_up_while_transmittances_multiply() {
+    let Some(gpu) = gpu() else { return };
+    let scene = Scene::new(perspective(), faded());
+    let with_axis = OcclusionPassDescriptor {
+        output: Output::TransmittanceAndAxis,
+        target: wgpu::TextureFormat::Rgba32Float,
+        ..descriptor()
+    };
+    let found: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&scene.draw(&gpu, with_axis));
+    let clip = LinearTexture::clip_table();
+    let texture = LinearTexture::of_grid(&scene.grid);
+    let mut longest = 0.0_f32;
+    for (pixel, found) in found.iter().enumerate() {
+        let [x, y, z, _] = scene.buffer.positions[pixel];
+        let [nx, ny, nz, _] = scene.buffer.normals[pixel];
+        let mut expected = [0.0, 0.0, 0.0, 1.0];
+        for instance in &scene.instances {
+            let (spec, format) = (scene.grid.spec(), scene.grid.format());
+            let occluder = AogridOccluder::new(spec, format, instance).unwrap();
+            let p_grid = aogrid_grid_position(&occluder, [x, y, z]);
+            if aogrid_is_inside(p_grid) {
+                let n = [nx, ny, nz];
+                let one = aogrid_cone_with_axis_at(&occluder, &texture, &clip, p_grid, n);
+                (0..3).for_each(|c| expected[c] += one[c]);
+                expected[3] *= one[3];
+            }
+        }
+        longest = longest.max(expected[1].abs());
+        let pairs = found.iter().zip(expected);
+        let difference = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        // f, by which axes turn, is 0 on one side of the horizon and 1 on the other in places.
+        assert!(
+            difference <= 3.0 * 20.0 * PER_OCCLUDER,
+            "{found:?} {expected:?}"
+        );
+    }
+    assert!(longest > 0.2);
+}
+
+#[test]
+fn many_occluders_need_a_target_wider_than_eight_bits() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = Scene::new(perspective(), faded());
+    scene.instances = (0..40)
+        .map(|_| Instance {
+            strength: 0.05,
+            ..scene.instances[0]
+        })
+        .collect();
+    let expected = scene.twin(Mode::Cone);
+    let halves = OcclusionPassDescriptor {
+        target: wgpu::TextureFormat::R16Float,
+        ..descriptor()
+    };
+    let halves: Vec<u16> = bytemuck::pod_collect_to_vec(&scene.draw(&gpu, halves));
+    let halves: Vec<_> = halves
+        .iter()
+        .map(|h| half::f16::from_bits(*h).to_f32())
+        .collect();
+    // The same rounding forty times over.
+    let drift = worst(&halves, &expected);
+    assert!(drift <= 40.0 * HALF + 40.0 * PER_OCCLUDER);
+    let bytes = OcclusionPassDescriptor {
+        target: wgpu::TextureFormat::Rgba8Unorm,
+        ..descriptor()
+    };
+    let bytes = scene.draw(&gpu, bytes);
+    let bytes: Vec<_> = bytes
+        .iter()
+        .step_by(4)
+        .map(|b| f32::from(*b) / 255.0)
+        .collect();
+    assert!(worst(&bytes, &expected) > 1.5 * drift);
+}
+
+#[test]
+fn what_does_not_fit_is_refused() {
+    let Some(gpu) = gpu() else { return };
+    let Gpu { device, queue, .. } = &gpu;
+    let refusal = |descriptor| OcclusionPass::new(device, queue, descriptor).unwrap_err();
+    let plain = OcclusionPassDescriptor {
+        encoding: Encoding::Occlusion,
+        ..descriptor()
+    };
+    assert_eq!(refusal(plain), PassError::NoCones);
+    let axis = OcclusionPassDescriptor {
+        mode: Mode::Occlusion,
+        output: Output::TransmittanceAndAxis,
+        ..descriptor()
+    };
+    assert_eq!(refusal(axis), PassError::NoAxis);
+    for (target, output) in [
+        (wgpu::TextureFormat::R32Uint, Output::Transmittance),
+        (
+            wgpu::TextureFormat::Rgba8Unorm,
+            Output::TransmittanceAndAxis,
+        ),
+    ] {
+        let descriptor = OcclusionPassDescriptor {
+            target,
+            output,
+            ..descriptor()
+        };
+        assert!(matches!(refusal(descriptor), PassError::Target { .. }));
+    }
+    let mut pass = OcclusionPass::new(device, queue, descriptor()).unwrap();
+    let grid = ball(Encoding::Occlusion, TexelFormat::Unorm8);
+    let grid = GridTexture::new(device, queue, &grid, "ball").unwrap();
+    let view = gpu.texture(SIZE, wgpu::TextureFormat::R32Float, &[0; 128 * 96 * 4]);
+    let occluders = [(&grid, Instance::at(Mat4::IDENTITY.to_cols_array_2d()))];
+    let frame = Frame {
+        clip_from_world: perspective().to_cols_array_2d(),
+        positions: &view,
+        normals: None,
+        receivers: None,
+        occluders: &occluders,
+    };
+    let mut prepare = |frame| pass.prepare(device, queue, &frame).unwrap_err();
+    assert_eq!(prepare(frame), PrepareError::Missing("normals"));
+    let with_normals = Frame {
+        normals: Some(&view),
+        ..frame
+    };
+    assert_eq!(prepare(with_normals), PrepareError::Encoding(0));
+    let flat = Frame {
+        clip_from_world: [[0.0; 4]; 4],
+        ..with_normals
+    };
+    assert_eq!(prepare(flat), PrepareError::Camera);
+}
+
+#[test]
+fn a_wall_between_stops_cones_and_lets_occlusion_alone_through() {
+    // A ball touches a wall's far side; the receiver, on the near side, faces away from it.
+    let grid = ball(Encoding::Cone, TexelFormat::F16);
+    let (texture, table) = (
+        LinearTexture::of_grid(&grid),
+        LinearTexture::transmittance_table(),
+    );
+    let place = Instance::at(Mat4::from_translation(Vec3::new(0.0, 0.0, -0.6)).to_cols_array_2d());
+    let occluder = AogridOccluder::new(grid.spec(), grid.format(), &place).unwrap();
+    let (receiver, normal) = ([0.0, 0.0, 0.1], [0.0, 0.0, 1.0]);
+    let leaks = aogrid_occlusion_of_cone(&occluder, &texture, receiver, false);
+    assert!(leaks < 0.8, "{leaks}");
+    // The cone lies wholly behind the tangent plane; halves round 1 - 0 to 1.
+    let stops = aogrid_cone(&occluder, &texture, &table, receiver, normal);
+    assert_eq!(stops, 1.0);
+}
