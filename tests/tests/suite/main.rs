@@ -10,6 +10,8 @@ mod determinism;
 mod environments;
 /// The GPU baker against rays and exact answers.
 mod gpu;
+/// An instance shades like the equally transformed mesh, baked anew.
+mod instances;
 /// Other programs' readers open our files.
 mod interchange;
 /// Which crate may use which.

@@ -6,9 +6,10 @@ use std::fs;
 use std::path::Path;
 
 use aogrid_bake_core::{Placement, RawGrid, mesh};
-use aogrid_grid_format::{BoundaryMode, Grid};
+use aogrid_grid_format::{BoundaryMode, Grid, TexelFormat};
+use aogrid_runtime::shading::{aogrid_axis, aogrid_cos_beta};
 use aogrid_tables::clip;
-use aogrid_tests::{cells_around, cone_at, exact_options, files_with_ending, finish, raw, shared};
+use aogrid_tests::{Shaded, cells_around, exact_options, files_with_ending, finish, raw, shared};
 
 /// The endings of the columns, and the boundary treatment each was made with.
 const TREATMENTS: [(&str, BoundaryMode); 3] = [
@@ -25,6 +26,16 @@ struct Receiver {
     position: [f64; 3],
     normal: [f64; 3],
     columns: HashMap<String, f64>,
+}
+
+impl Receiver {
+    fn position(&self) -> [f32; 3] {
+        self.position.map(|x| x as f32)
+    }
+
+    fn normal(&self) -> [f32; 3] {
+        self.normal.map(|x| x as f32)
+    }
 }
 
 fn receivers(csv: &Path) -> Vec<Receiver> {
@@ -67,22 +78,14 @@ fn the_largest_value_at_the_boundary_of_the_box_is_known() {
     assert_eq!(format!("{:.3}", boundary.v_m), "0.083");
 }
 
-/// AO as the paper's shading without directions has it (RR-5779, section 4).
-fn occlusion_alone(a: f64, on_itself: bool) -> f64 {
-    match on_itself {
-        true => (2.0 * a - 1.0).max(0.0),
-        false => (2.0 * a).min(1.0),
-    }
-}
-
-/// AO of the cone, clipped by the tangent plane (RR-5779, section 5.1).
-fn clipped([x, y, z, a]: [f64; 4], n: [f64; 3]) -> f64 {
-    let length = (x * x + y * y + z * z).sqrt();
-    if length == 0.0 {
+/// AO with exact arithmetic in place of T_clip's texture: only the look-up is the runtime's.
+fn without_table(shaded: &Shaded, receiver: &Receiver) -> f64 {
+    let Some([x, y, z, a]) = shaded.texel(receiver.position()) else {
         return 0.0;
-    }
-    let cos_beta = (x * n[0] + y * n[1] + z * n[2]) / length;
-    clip::closed_form(a, cos_beta).occlusion
+    };
+    let axis = aogrid_axis(&shaded.occluder, [x, y, z]);
+    let cos_beta = aogrid_cos_beta(axis, receiver.normal());
+    clip::closed_form(f64::from(a), f64::from(cos_beta)).occlusion
 }
 
 #[test]
@@ -121,12 +124,13 @@ fn compare(
         cells.is_none_or(|cells| cells.iter().all(|&idx| !raw.is_interior(idx)))
     });
     let on_itself = scene.contains("_self");
+    let shaded = Shaded::in_object_space(grid);
     let (mut n, mut worst) = (0, [0.0_f64; 2]);
     for receiver in away {
-        let cone = cone_at(grid, receiver.position);
+        let occlusion = shaded.occlusion(receiver.position(), on_itself);
         let found = [
-            ("occlusion", occlusion_alone(cone[3], on_itself)),
-            ("cone", clipped(cone, receiver.normal)),
+            ("occlusion", f64::from(occlusion)),
+            ("cone", without_table(&shaded, receiver)),
         ];
         for ((column, ao), worst) in found.into_iter().zip(&mut worst) {
             let expected = receiver.columns[&format!("{column}_{treatment}")];
@@ -140,4 +144,103 @@ fn compare(
         "{scene} {treatment}: {worst:?}"
     );
     n
+}
+
+/// What the runtime may add to the model: an 8-bit grid, T_clip's texture, single floats.
+const RUNTIME_RMSE: f64 = 0.003;
+
+/// How far the error against truth, RMS over scenes, may be from the independent program's.
+const RMS_SHARE: f64 = 0.05;
+
+/// The 8-bit grids that a default bake makes, but for where its samples lie.
+fn as_shipped(raw: &RawGrid, boundary: BoundaryMode) -> Grid {
+    let mut options = exact_options();
+    options.boundary = boundary;
+    options.format = TexelFormat::Unorm8;
+    finish(raw.clone(), &Placement::default(), &options)
+}
+
+/// Sums over receivers: of squared differences from the same column and from truth.
+#[derive(Clone, Copy, Default)]
+struct Errors {
+    n: f64,
+    away: f64,
+    from_column: f64,
+    from_truth: f64,
+}
+
+#[test]
+fn what_is_shipped_shades_as_well_as_the_independent_program_says() {
+    let Some(folder) = shared("reference") else {
+        return;
+    };
+    let summary = fs::read_to_string(folder.join("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let scenes = files_with_ending(&folder.join("scenes"), ".csv");
+    // Mean squared error against truth by kind of scene and column.
+    let mut squares: HashMap<(&str, String), Vec<f64>> = HashMap::new();
+    for name in ["box", "lshape", "table", "torus"] {
+        let raw = reference_raw(&folder, name);
+        for (treatment, boundary) in TREATMENTS {
+            let grid = as_shipped(&raw, boundary);
+            for csv in &scenes {
+                let scene = csv.file_name().unwrap().to_string_lossy();
+                if !scene.starts_with(name) {
+                    continue;
+                }
+                let on_itself = scene.contains("_self");
+                let kind = if on_itself { "self" } else { "other surface" };
+                for column in ["occlusion", "cone"] {
+                    let column = format!("{column}_{treatment}");
+                    let errors = errors(&receivers(csv), &raw, &grid, &column, on_itself);
+                    let rmse = (errors.from_column / errors.away).sqrt();
+                    println!("{scene} {column}: {rmse:.5} over {} receivers", errors.away);
+                    // On a mesh's own surface every look-up may touch an interior cell.
+                    let compared = errors.away > 0.0 || on_itself;
+                    assert!(
+                        compared && !(rmse > RUNTIME_RMSE),
+                        "{scene} {column}: {rmse}"
+                    );
+                    let squares = squares.entry((kind, column)).or_default();
+                    squares.push(errors.from_truth / errors.n);
+                }
+            }
+        }
+    }
+    assert_eq!(squares.len(), 12);
+    for ((kind, column), squares) in squares {
+        let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+        let expected = summary["rms_over_scenes"][kind][&column].as_f64().unwrap();
+        println!("{kind} {column}: {rms:.4}, {expected}");
+        assert!(
+            (rms / expected - 1.0).abs() <= RMS_SHARE,
+            "{kind} {column}: {rms} for {expected}"
+        );
+    }
+}
+
+fn errors(
+    receivers: &[Receiver],
+    raw: &RawGrid,
+    grid: &Grid,
+    column: &str,
+    on_itself: bool,
+) -> Errors {
+    let shaded = Shaded::in_object_space(grid);
+    let mut errors = Errors::default();
+    for receiver in receivers {
+        let ao = match column.starts_with("cone") {
+            true => shaded.cone(receiver.position(), receiver.normal()),
+            false => shaded.occlusion(receiver.position(), on_itself),
+        };
+        let from = |column: &str| (f64::from(ao) - receiver.columns[column]).powi(2);
+        errors.n += 1.0;
+        errors.from_truth += from("truth");
+        let cells = cells_around(grid.spec(), receiver.position);
+        if cells.is_none_or(|cells| cells.iter().all(|&idx| !raw.is_interior(idx))) {
+            errors.away += 1.0;
+            errors.from_column += from(column);
+        }
+    }
+    errors
 }

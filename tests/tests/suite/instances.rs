@@ -1,0 +1,109 @@
+//! An instance shades like the equally transformed mesh, baked anew.
+
+use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::{Placement, TriangleMesh};
+use aogrid_grid_format::Grid;
+use aogrid_runtime::Instance;
+use aogrid_tests::{Shaded, exact_options, grid, mesh_of};
+
+/// Columns of a matrix.
+type Transform = [[f32; 4]; 4];
+
+/// Quarter turns around y, a reflection in x and a uniform scale by 2.5, a translation: what maps
+/// an axis-aligned grid to an axis-aligned grid, so that the new bake has the same cells.
+fn exact_transforms() -> [(&'static str, Transform); 4] {
+    let at = |x: [f32; 3], y: [f32; 3], z: [f32; 3], t: [f32; 3]| {
+        let column = |v: [f32; 3], w| [v[0], v[1], v[2], w];
+        [
+            column(x, 0.0),
+            column(y, 0.0),
+            column(z, 0.0),
+            column(t, 1.0),
+        ]
+    };
+    let (x, y, z) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+    let minus = |v: [f32; 3]| v.map(|c| -c);
+    let twice = |v: [f32; 3]| v.map(|c| 2.5 * c);
+    [
+        ("turned", at(minus(z), y, x, [0.0; 3])),
+        ("mirrored", at(minus(x), y, z, [0.0; 3])),
+        (
+            "enlarged",
+            at(twice(x), twice(y), twice(z), [1.0, -2.0, 3.0]),
+        ),
+        (
+            "all of it",
+            at(twice(z), minus(twice(y)), twice(x), [-4.0, 0.5, 2.0]),
+        ),
+    ]
+}
+
+fn apply(m: Transform, p: [f32; 3], w: f32) -> [f32; 3] {
+    std::array::from_fn(|r| m[0][r] * p[0] + m[1][r] * p[1] + m[2][r] * p[2] + m[3][r] * w)
+}
+
+fn transformed(mesh: &TriangleMesh, m: Transform) -> TriangleMesh {
+    let triangles: Vec<_> = mesh
+        .corners()
+        .map(|corners| corners.map(|p| apply(m, p, 1.0)))
+        .collect();
+    mesh_of(&triangles)
+}
+
+/// Receivers all through the grid's box, with normals all around.
+fn receivers(grid: &Grid) -> Vec<([f32; 3], [f32; 3])> {
+    let spec = grid.spec();
+    (0..20_000_u32)
+        .map(|i| {
+            let steps = [0.819_172_5, 0.671_043_6, 0.549_700_5];
+            let p = std::array::from_fn(|x| {
+                let t = (i as f64 * steps[x]).fract() * 1.9 - 0.95;
+                spec.center()[x] + t as f32 * spec.half_extents()[x]
+            });
+            let z = 1.0 - 2.0 * (i as f32 * 0.754_877_7).fract();
+            let (sin, cos) = (i as f32 * 2.399_963).sin_cos();
+            let r = (1.0 - z * z).sqrt();
+            (p, [r * cos, r * sin, z])
+        })
+        .collect()
+}
+
+/// Texels whose ray grazes an edge fall either way once coordinates are rounded: one of 1,536,
+/// in a few cells of 32,768: where it does a moves by 6.5e-4, and RMSE over all stays far below.
+const RMSE: f64 = 1e-4;
+
+#[test]
+fn turned_enlarged_and_mirrored_instances_shade_like_a_new_bake() {
+    let mesh = Sample::LShape.mesh(None).unwrap();
+    let baked = grid(&mesh, &Placement::default(), &exact_options());
+    for (name, m) in exact_transforms() {
+        let anew = grid(
+            &transformed(&mesh, m),
+            &Placement::default(),
+            &exact_options(),
+        );
+        let instance = Shaded::new(&baked, &Instance::at(m));
+        let anew = Shaded::in_object_space(&anew);
+        let (mut squares, mut worst, mut dark, mut n) = ([0.0_f64; 2], 0.0_f32, 0, 0);
+        for (p, normal) in receivers(&baked) {
+            let p = apply(m, p, 1.0);
+            let normal = apply(m, normal, 0.0);
+            let length = normal.iter().map(|x| x * x).sum::<f32>().sqrt();
+            let normal = normal.map(|x| x / length);
+            let pairs = [
+                (instance.cone(p, normal), anew.cone(p, normal)),
+                (instance.occlusion(p, false), anew.occlusion(p, false)),
+            ];
+            for ((a, b), squares) in pairs.into_iter().zip(&mut squares) {
+                *squares += f64::from(a - b).powi(2);
+                worst = worst.max((a - b).abs());
+                dark += usize::from(b > 0.3);
+            }
+            n += 1;
+        }
+        let rmse = squares.map(|s| (s / f64::from(n)).sqrt());
+        println!("{name}: {rmse:?}, worst {worst}, {dark} dark");
+        assert!(dark > 3_000);
+        assert!(rmse.iter().all(|r| *r <= RMSE), "{name}: {rmse:?}");
+    }
+}
