@@ -17,7 +17,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use commands::{
-    adapters, bake, bench, ci, diff, export, info, render, sample, slices, tables, verify,
+    adapters, bake, bench, ci, diff, export, info, render, sample, shader_cost, slices, tables,
+    verify,
 };
 use console::Console;
 
@@ -51,6 +52,7 @@ enum Command {
     Bench(bench::Args),
     Adapters(adapters::Args),
     Tables(tables::Args),
+    ShaderCost(shader_cost::Args),
     /// Check everything that must hold before a change lands: tables, format, clippy,
     /// docs, tests
     Ci,
@@ -72,6 +74,7 @@ pub fn run() -> ExitCode {
         Command::Bench(args) => bench::run(&args, &console),
         Command::Adapters(args) => adapters::run(&args, &console),
         Command::Tables(args) => tables::run(&args, &console),
+        Command::ShaderCost(args) => shader_cost::run(&args, &console),
         Command::Ci => ci::run(&console),
     };
     match result {

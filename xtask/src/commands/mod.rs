@@ -9,6 +9,7 @@ pub(crate) mod export;
 pub(crate) mod info;
 pub(crate) mod render;
 pub(crate) mod sample;
+pub(crate) mod shader_cost;
 pub(crate) mod slices;
 pub(crate) mod tables;
 pub(crate) mod verify;

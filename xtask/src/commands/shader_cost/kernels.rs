@@ -1,0 +1,136 @@
+//! What is measured: compute shaders that shade one pixel with one occluder, or with several.
+
+use aogrid_runtime::wgsl::SHADING;
+
+const NAIVE: &str = include_str!("naive.wgsl");
+
+/// What all kernels bind. Each pass has a row of the G-buffer to itself, as nothing that is read
+/// for one may serve another, and an occluder.
+const BINDINGS: &str = "
+@group(0) @binding(0) var positions: texture_2d<f32>;
+@group(0) @binding(1) var normals: texture_2d<f32>;
+@group(0) @binding(2) var grid: texture_3d<f32>;
+@group(0) @binding(3) var table: texture_2d<f32>;
+@group(0) @binding(4) var linear_clamp: sampler;
+@group(0) @binding(5) var result: texture_storage_2d<r32float, write>;
+";
+
+/// A shader whose cost is asked for.
+pub(super) struct Kernel {
+    pub(super) name: String,
+    pub(super) wgsl: String,
+    pub(super) entry_point: String,
+}
+
+/// One occluder's part of a shader: repeated, its slope is the cost of an occluder.
+pub(super) struct Pass {
+    pub(super) name: &'static str,
+    /// The uniform's type and the expression of a transmittance; `o`, `p` and `n` are the
+    /// occluder, the position and the normal.
+    occluder: &'static str,
+    transmittance: &'static str,
+}
+
+/// Ours beside the papers'.
+pub(super) const PASSES: [Pass; 9] = [
+    Pass {
+        name: "occlusion, RR-5779 as printed",
+        occluder: "Naive",
+        transmittance: "naive_occlusion(o, p)",
+    },
+    Pass {
+        name: "occlusion",
+        occluder: "AogridOccluder",
+        transmittance: "aogrid_occlusion_transmittance(textureSampleLevel(grid, linear_clamp, \
+                        aogrid_grid_position(o, p), 0.0).r, false)",
+    },
+    Pass {
+        name: "occlusion, box test, strength",
+        occluder: "AogridOccluder",
+        transmittance: "aogrid_occlusion(o, grid, linear_clamp, p, false)",
+    },
+    Pass {
+        name: "cone, RR-5779 as printed",
+        occluder: "Naive",
+        transmittance: "naive_cone(o, p, n)",
+    },
+    Pass {
+        name: "cone",
+        occluder: "AogridOccluder",
+        transmittance: "cone_without_strength(o, p, n)",
+    },
+    Pass {
+        name: "cone, strength",
+        occluder: "AogridOccluder",
+        transmittance: "aogrid_cone_faded(o, grid, table, linear_clamp, p, n)",
+    },
+    Pass {
+        name: "cone, box test",
+        occluder: "AogridOccluder",
+        transmittance: "cone_with_box_test(o, p, n)",
+    },
+    Pass {
+        name: "cone, box test, strength",
+        occluder: "AogridOccluder",
+        transmittance: "aogrid_cone(o, grid, table, linear_clamp, p, n)",
+    },
+    Pass {
+        name: "cone, closed form",
+        occluder: "AogridOccluder",
+        transmittance: "cone_in_closed_form(o, p, n)",
+    },
+];
+
+/// The library's parts, put together without strength, which the printed shaders do not have.
+const PARTS: &str = "
+fn cone_of(o: AogridOccluder, p_grid: vec3f, n: vec3f) -> f32 {
+    let texel = textureSampleLevel(grid, linear_clamp, p_grid, 0.0);
+    let cos_beta = aogrid_cos_beta(aogrid_axis(o, texel.rgb), n);
+    return aogrid_clip_transmittance(table, linear_clamp, texel.a, cos_beta);
+}
+fn cone_without_strength(o: AogridOccluder, p: vec3f, n: vec3f) -> f32 {
+    return cone_of(o, aogrid_grid_position(o, p), n);
+}
+fn cone_with_box_test(o: AogridOccluder, p: vec3f, n: vec3f) -> f32 {
+    let p_grid = aogrid_grid_position(o, p);
+    return select(1.0, cone_of(o, p_grid, n), aogrid_is_inside(p_grid));
+}
+fn cone_in_closed_form(o: AogridOccluder, p: vec3f, n: vec3f) -> f32 {
+    let texel = textureSampleLevel(grid, linear_clamp, aogrid_grid_position(o, p), 0.0);
+    let cos_beta = aogrid_cos_beta(aogrid_axis(o, texel.rgb), n);
+    return aogrid_clip_transmittance_closed_form(texel.a, cos_beta);
+}
+";
+
+impl Pass {
+    /// The pass, `count` times over.
+    pub(super) fn repeated(&self, count: u32) -> Kernel {
+        let occluder = self.occluder;
+        let mut body = String::new();
+        for idx in 0..count {
+            body += &format!(
+                "    {{
+        let at = id.xy + vec2u(0u, {idx}u);
+        let o = occluders[{idx}];
+        let p = textureLoad(positions, at, 0).xyz;
+        let n = fma(textureLoad(normals, at, 0).xyz, vec3f(2.0), vec3f(-1.0));
+        t *= {};
+    }}\n",
+                self.transmittance
+            );
+        }
+        let entry = format!(
+            "@group(0) @binding(6) var<uniform> occluders: array<{occluder}, {count}>;
+@compute @workgroup_size(8, 8)
+fn shade(@builtin(global_invocation_id) id: vec3u) {{
+    var t = 1.0;
+{body}    textureStore(result, id.xy, vec4f(t));
+}}\n"
+        );
+        Kernel {
+            name: self.name.to_owned(),
+            wgsl: [SHADING, BINDINGS, NAIVE, PARTS, &entry].concat(),
+            entry_point: "shade".to_owned(),
+        }
+    }
+}
