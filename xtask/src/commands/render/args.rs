@@ -48,6 +48,10 @@ pub(crate) struct Args {
 pub(crate) enum Mode {
     /// By ray tracing the whole scene
     Truth,
+    /// By the occluders' grids without regard to normals, multiplied
+    Occlusion,
+    /// By the occluders' grids as cones that the receiver's plane clips, multiplied
+    Cone,
 }
 
 /// What is written.
@@ -63,6 +67,8 @@ impl Mode {
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Truth => "truth",
+            Self::Occlusion => "occlusion",
+            Self::Cone => "cone",
         }
     }
 }

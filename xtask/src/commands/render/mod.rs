@@ -1,9 +1,12 @@
 //! `render`: a scene's picture, or its receivers, shaded in one or more ways.
 
 mod args;
+mod grids;
 mod output;
 mod target;
 mod truth;
+
+use std::cell::RefCell;
 
 use anyhow::{bail, ensure};
 use aogrid_baker_cpu::truth::Environment;
@@ -14,7 +17,7 @@ use target::{Shaded, Target};
 
 use crate::commands::bake::use_threads;
 use crate::console::Console;
-use crate::scene::{self, EnvironmentSource, GBuffer, LoadOptions, Scene};
+use crate::scene::{self, EnvironmentSource, GBuffer, Grids, LoadOptions, Scene};
 use crate::{interrupt, output as files};
 
 /// What every mode gets: add a file with a function of this to add a mode.
@@ -24,6 +27,8 @@ pub(crate) struct Job<'a> {
     pub target: &'a Target,
     /// The scene's, if it has one.
     pub environment: Option<Environment>,
+    /// The grids that some mode has asked for.
+    pub grids: RefCell<Grids>,
     pub console: &'a Console,
 }
 
@@ -55,6 +60,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         scene: &scene,
         target: &target,
         environment,
+        grids: RefCell::default(),
         console,
     };
     let shaded = args.mode.iter().map(|&mode| Ok((mode, shade(mode, &job)?)));
@@ -73,6 +79,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
 fn shade(mode: Mode, job: &Job<'_>) -> anyhow::Result<Shaded> {
     match mode {
         Mode::Truth => truth::shade(job),
+        Mode::Occlusion => grids::shade(job, grids::Model::Occlusion),
+        Mode::Cone => grids::shade(job, grids::Model::Cone),
     }
 }
 
