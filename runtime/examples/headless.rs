@@ -1,5 +1,4 @@
-//! The smallest program that shades with a baked grid: a floor, seen from above, under an object
-//! that stands on it. No window, and no pass of the library: its WGSL, pasted in front of a shader.
+//! The smallest program that shades with a baked grid: a floor from above, by the WGSL library.
 //!
 //! ```sh
 //! cargo xtask bake assets/robot.obj -o robot.ao.ktx2
@@ -10,7 +9,7 @@ use aogrid_grid_format::Grid;
 use aogrid_runtime::{AogridOccluder, GridTexture, Instance, tables, wgsl};
 use wgpu::util::DeviceExt;
 
-/// Pixels along a side: rows of a copy must be a multiple of 256 bytes.
+/// Pixels along a side: copies want rows of a multiple of 256 bytes.
 const SIZE: u32 = 512;
 
 const SHADER: &str = "
@@ -26,12 +25,10 @@ fn corner(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
 
 @fragment
 fn floor_from_above(@builtin(position) pixel: vec4f) -> @location(0) vec4f {
-    // A floor of 4 by 4 units at y = 0.
     let position = vec3f(pixel.x / 128.0 - 2.0, 0.0, pixel.y / 128.0 - 2.0);
     let normal = vec3f(0.0, 1.0, 0.0);
     let t = aogrid_cone(occluder, grid, table, linear_clamp, position, normal);
-    let ambient = vec3f(0.80, 0.82, 0.85);
-    return vec4f(ambient * t, 1.0);
+    return vec4f(vec3f(0.80, 0.82, 0.85) * t, 1.0);
 }
 ";
 
@@ -41,23 +38,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Err("usage: headless GRID.ao.ktx2 OUT.png".into());
     };
     let grid = Grid::from_bytes(&std::fs::read(grid)?)?;
-    let (device, queue) = pollster::block_on(device())?;
-    let pixels = shade(&device, &queue, &grid)?;
+    let pixels = pollster::block_on(shade(&grid))?;
     image::save_buffer(png, &pixels, SIZE, SIZE, image::ColorType::Rgba8)?;
     Ok(())
 }
 
-async fn device() -> Result<(wgpu::Device, wgpu::Queue), Box<dyn std::error::Error>> {
+async fn shade(grid: &Grid) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapter = instance.request_adapter(&Default::default()).await?;
-    Ok(adapter.request_device(&Default::default()).await?)
-}
+    let (device, queue) = &adapter.request_device(&Default::default()).await?;
 
-fn shade(
-    device: &wgpu::Device,
-    queue: &wgpu::Queue,
-    grid: &Grid,
-) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
     // What the library brings: the grid's texture, T_clip, a sampler, and the occluder's uniform.
     let texture = GridTexture::new(device, queue, grid, "grid")?;
     let table = tables::transmittance_table(device, queue);
@@ -65,11 +55,10 @@ fn shade(
     let identity = std::array::from_fn(|c| std::array::from_fn(|r| f32::from(c == r)));
     let occluder = AogridOccluder::new(grid.spec(), grid.format(), &Instance::at(identity))?;
     let uniform = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some("occluder"),
+        label: None,
         contents: bytemuck::bytes_of(&occluder),
         usage: wgpu::BufferUsages::UNIFORM,
     });
-
     // What any renderer has.
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some("floor"),
@@ -148,11 +137,11 @@ fn shade(
         bytes_per_row: Some(4 * SIZE),
         ..Default::default()
     };
-    let destination = wgpu::TexelCopyBufferInfo {
+    let buffer_rows = wgpu::TexelCopyBufferInfo {
         buffer: &buffer,
         layout,
     };
-    encoder.copy_texture_to_buffer(target.as_image_copy(), destination, size);
+    encoder.copy_texture_to_buffer(target.as_image_copy(), buffer_rows, size);
     queue.submit([encoder.finish()]);
     buffer.map_async(wgpu::MapMode::Read, .., |_| {});
     device.poll(wgpu::PollType::wait_indefinitely())?;

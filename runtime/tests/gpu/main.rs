@@ -5,6 +5,8 @@
 
 /// The WGSL library, function by function, against the twin.
 mod functions;
+/// Pictures that were looked at, kept.
+mod golden;
 /// Every shader compiles, and its structs are laid out as Rust's.
 mod modules;
 /// The raster pass against the twin on whole images.

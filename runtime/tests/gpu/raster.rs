@@ -19,7 +19,7 @@ const PER_OCCLUDER: f32 = 1e-5;
 const HALF: f32 = 1.0 / 2048.0;
 
 /// What the passes here have in common.
-fn descriptor() -> OcclusionPassDescriptor {
+pub fn descriptor() -> OcclusionPassDescriptor {
     OcclusionPassDescriptor {
         label: "test".into(),
         mode: Mode::Cone,
@@ -35,15 +35,15 @@ fn descriptor() -> OcclusionPassDescriptor {
 }
 
 /// A scene as the pass and the twin both see it.
-struct Scene {
+pub struct Scene {
     camera: Mat4,
     buffer: GBuffer,
     grid: Grid,
-    instances: Vec<Instance>,
+    pub instances: Vec<Instance>,
 }
 
 impl Scene {
-    fn new(camera: Mat4, grid: Grid) -> Self {
+    pub fn new(camera: Mat4, grid: Grid) -> Self {
         Self {
             camera,
             buffer: gbuffer(camera, &surfaces()),
@@ -116,7 +116,7 @@ impl Scene {
         gpu.read_texture(&target)
     }
 
-    fn transmittances(&self, gpu: &Gpu, descriptor: OcclusionPassDescriptor) -> Vec<f32> {
+    pub fn transmittances(&self, gpu: &Gpu, descriptor: OcclusionPassDescriptor) -> Vec<f32> {
         bytemuck::pod_collect_to_vec(&self.draw(gpu, descriptor))
     }
 
@@ -134,7 +134,7 @@ impl Scene {
     }
 
     /// The twin's image: position, normal, ids of a pixel and its occluders' transmittances.
-    fn twin(&self, mode: Mode) -> Vec<f32> {
+    pub fn twin(&self, mode: Mode) -> Vec<f32> {
         let table = LinearTexture::transmittance_table();
         let texture = LinearTexture::of_grid(&self.grid);
         let pixels = 0..self.buffer.positions.len();
@@ -179,7 +179,7 @@ fn worst(found: &[f32], expected: &[f32]) -> f32 {
     worst
 }
 
-fn faded() -> Grid {
+pub fn faded() -> Grid {
     faded_ball(TexelFormat::F16)
 }
 

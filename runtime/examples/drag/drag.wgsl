@@ -1,0 +1,54 @@
+// The renderer around the occlusion pass: a G-buffer, and its composition.
+
+struct Frame {
+    clip_from_world: mat4x4f,
+    /// Where the object stands.
+    object: vec4f,
+}
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+
+struct Surface {
+    @builtin(position) clip: vec4f,
+    @location(0) world: vec3f,
+    @location(1) normal: vec3f,
+}
+
+struct GBuffer {
+    @location(0) position: vec4f,
+    @location(1) normal: vec4f,
+}
+
+/// w of the position: 1 moves with the object, 0 stays.
+@vertex
+fn surface(@location(0) position: vec4f, @location(1) normal: vec3f) -> Surface {
+    let world = position.xyz + frame.object.xyz * position.w;
+    return Surface(frame.clip_from_world * vec4f(world, 1.0), world, normal);
+}
+
+@fragment
+fn gbuffer(in: Surface) -> GBuffer {
+    return GBuffer(vec4f(in.world, 1.0), vec4f(0.5 * in.normal + 0.5, 1.0));
+}
+
+@group(0) @binding(0) var positions: texture_2d<f32>;
+@group(0) @binding(1) var normals: texture_2d<f32>;
+@group(0) @binding(2) var transmittances: texture_2d<f32>;
+
+@vertex
+fn whole_screen(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
+    return vec4f(f32(i & 1u) * 4.0 - 1.0, f32(i >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+}
+
+/// Ambient light, which is what occlusion darkens, and a lamp, which it does not touch.
+@fragment
+fn compose(@builtin(position) pixel: vec4f) -> @location(0) vec4f {
+    let at = vec2u(pixel.xy);
+    if textureLoad(positions, at, 0).w == 0.0 {
+        return vec4f(0.80, 0.86, 0.92, 1.0);
+    }
+    let n = 2.0 * textureLoad(normals, at, 0).xyz - 1.0;
+    let ambient = vec3f(0.62, 0.64, 0.68) * textureLoad(transmittances, at, 0).r;
+    let lamp = vec3f(0.30, 0.28, 0.24) * max(0.0, dot(n, normalize(vec3f(0.4, 0.8, 0.5))));
+    return vec4f(ambient + lamp, 1.0);
+}

@@ -1,0 +1,144 @@
+//! Drag an object over a floor and watch its shadow follow.
+//!
+//! ```sh
+//! cargo run --release -p aogrid-runtime --example drag
+//! ```
+//!
+//! Left button: drag the object. 1: no occlusion, 2: occlusion alone, 3: cones. The title says how
+//! long a frame takes. `--screenshot OUT.png` draws a few frames, writes the last one and ends.
+
+mod renderer;
+
+use std::error::Error;
+use std::sync::Arc;
+use std::time::Instant;
+
+use renderer::{Renderer, Shading};
+use winit::application::ApplicationHandler;
+use winit::dpi::LogicalSize;
+use winit::event::{ElementState, MouseButton, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, EventLoop};
+use winit::keyboard::{KeyCode, PhysicalKey};
+use winit::window::{Window, WindowId};
+
+/// Frames before a screenshot: windows take some to come up.
+const WARM_UP: u32 = 5;
+
+/// How much of a frame's time the shown average takes in.
+const SMOOTHING: f32 = 0.1;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut args = std::env::args().skip(1);
+    let screenshot = match (args.next().as_deref(), args.next()) {
+        (None, _) => None,
+        (Some("--screenshot"), Some(path)) => Some(path),
+        _ => return Err("usage: drag [--screenshot OUT.png]".into()),
+    };
+    let mut app = App {
+        screenshot,
+        ..App::default()
+    };
+    EventLoop::new()?.run_app(&mut app)?;
+    app.failure.map_or(Ok(()), Err)
+}
+
+#[derive(Default)]
+struct App {
+    shown: Option<(Arc<Window>, Renderer)>,
+    screenshot: Option<String>,
+    failure: Option<Box<dyn Error>>,
+    cursor: [f32; 2],
+    is_dragging: bool,
+    frames: u32,
+    milliseconds: f32,
+}
+
+impl ApplicationHandler for App {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.shown.is_some() {
+            return;
+        }
+        match open(event_loop) {
+            Ok(shown) => self.shown = Some(shown),
+            Err(error) => self.fail(event_loop, error),
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some((window, renderer)) = &mut self.shown else {
+            return;
+        };
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::Resized(size) => renderer.resize([size.width, size.height]),
+            WindowEvent::CursorMoved { position, .. } => {
+                self.cursor = [position.x as f32, position.y as f32];
+                if self.is_dragging {
+                    renderer.move_object_to(self.cursor);
+                }
+            }
+            WindowEvent::MouseInput { state, button, .. } if button == MouseButton::Left => {
+                self.is_dragging = state == ElementState::Pressed;
+            }
+            WindowEvent::KeyboardInput { event, .. } => match event.physical_key {
+                PhysicalKey::Code(KeyCode::Digit1) => renderer.shading = Shading::None,
+                PhysicalKey::Code(KeyCode::Digit2) => renderer.shading = Shading::Occlusion,
+                PhysicalKey::Code(KeyCode::Digit3) => renderer.shading = Shading::Cone,
+                PhysicalKey::Code(KeyCode::Escape) => event_loop.exit(),
+                _ => {}
+            },
+            WindowEvent::RedrawRequested => {
+                let start = Instant::now();
+                let drawn = renderer.draw();
+                let window = window.clone();
+                if let Err(error) = drawn {
+                    return self.fail(event_loop, error);
+                }
+                self.count(&window, start);
+                if let Err(error) = self.end_with_screenshot(event_loop) {
+                    return self.fail(event_loop, error);
+                }
+                window.request_redraw();
+            }
+            _ => {}
+        }
+    }
+}
+
+impl App {
+    fn count(&mut self, window: &Window, start: Instant) {
+        let milliseconds = start.elapsed().as_secs_f32() * 1e3;
+        self.frames += 1;
+        self.milliseconds += SMOOTHING * (milliseconds - self.milliseconds);
+        let shown = self.milliseconds;
+        window.set_title(&format!("aogrid: {shown:.1} ms a frame; drag, 1, 2, 3"));
+    }
+
+    fn end_with_screenshot(&mut self, event_loop: &ActiveEventLoop) -> Result<(), Box<dyn Error>> {
+        let (Some(path), Some((_, renderer))) = (&self.screenshot, &mut self.shown) else {
+            return Ok(());
+        };
+        if self.frames >= WARM_UP {
+            let (pixels, [width, height]) = renderer.screenshot()?;
+            image::save_buffer(path, &pixels, width, height, image::ColorType::Rgba8)?;
+            event_loop.exit();
+        }
+        Ok(())
+    }
+
+    fn fail(&mut self, event_loop: &ActiveEventLoop, error: Box<dyn Error>) {
+        self.failure = Some(error);
+        event_loop.exit();
+    }
+}
+
+fn open(event_loop: &ActiveEventLoop) -> Result<(Arc<Window>, Renderer), Box<dyn Error>> {
+    let attributes = Window::default_attributes()
+        .with_title("aogrid")
+        .with_inner_size(LogicalSize::new(768.0, 576.0));
+    let window = Arc::new(event_loop.create_window(attributes)?);
+    let size = window.inner_size();
+    let renderer = Renderer::new(window.clone(), [size.width, size.height])?;
+    window.request_redraw();
+    Ok((window, renderer))
+}

@@ -1,0 +1,480 @@
+//! A small deferred renderer: G-buffer, occlusion pass, composition.
+
+use std::error::Error;
+use std::sync::Arc;
+
+use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, post};
+use aogrid_grid_format::{Encoding, Grid, Source};
+use aogrid_runtime::{
+    DepthTest, Frame, GridTexture, Instance, Mode, Normals, OcclusionPass, OcclusionPassDescriptor,
+    Output, Positions, Receivers,
+};
+use glam::camera::rh::{proj::directx, view};
+use glam::{Mat4, Vec3, Vec4};
+use wgpu::util::DeviceExt;
+use winit::window::Window;
+
+/// How pixels are darkened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shading {
+    None,
+    Occlusion,
+    Cone,
+}
+
+const POSITIONS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+const NORMALS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+const TRANSMITTANCES: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
+
+/// Position and normal; w of the position is 1 for what moves.
+type Vertex = [f32; 7];
+
+/// Half the floor's side.
+const FLOOR: f32 = 3.0;
+
+pub struct Renderer {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    surface: wgpu::Surface<'static>,
+    config: wgpu::SurfaceConfiguration,
+    vertices: wgpu::Buffer,
+    frame: wgpu::Buffer,
+    frame_group: wgpu::BindGroup,
+    gbuffer: wgpu::RenderPipeline,
+    compose: wgpu::RenderPipeline,
+    to_screenshot: wgpu::RenderPipeline,
+    occlusion: OcclusionPass,
+    cone: OcclusionPass,
+    grid: GridTexture,
+    targets: Targets,
+    object: Vec3,
+    pub shading: Shading,
+}
+
+/// What has the window's size.
+struct Targets {
+    positions: wgpu::TextureView,
+    normals: wgpu::TextureView,
+    depth: wgpu::TextureView,
+    transmittances: wgpu::TextureView,
+}
+
+impl Renderer {
+    pub fn new(window: Arc<Window>, size: [u32; 2]) -> Result<Self, Box<dyn Error>> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let surface = instance.create_surface(window)?;
+        let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions {
+            compatible_surface: Some(&surface),
+            ..Default::default()
+        }))?;
+        let device = adapter.request_device(&Default::default());
+        let (device, queue) = pollster::block_on(device)?;
+        let [width, height] = size.map(|n| n.max(1));
+        let config = surface.get_default_config(&adapter, width, height);
+        let config = config.ok_or("the window cannot be drawn to with this adapter")?;
+        surface.configure(&device, &config);
+
+        let module = device.create_shader_module(wgpu::include_wgsl!("drag.wgsl"));
+        let gbuffer = gbuffer_pipeline(&device, &module);
+        let frame = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("frame"),
+            size: 80,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let frame_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("frame"),
+            layout: &gbuffer.get_bind_group_layout(0),
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: frame.as_entire_binding(),
+            }],
+        });
+        let (vertices, grid) = model()?;
+        let pass = |mode| {
+            let descriptor = OcclusionPassDescriptor {
+                label: format!("{mode:?}"),
+                mode,
+                output: Output::Transmittance,
+                target: TRANSMITTANCES,
+                positions: Positions::World,
+                normals: Normals::Unsigned,
+                receivers: Receivers::None,
+                depth: Some(DepthTest {
+                    format: DEPTH,
+                    compare: wgpu::CompareFunction::GreaterEqual,
+                }),
+                front_face: wgpu::FrontFace::Ccw,
+                encoding: Encoding::Cone,
+            };
+            OcclusionPass::new(&device, &queue, descriptor)
+        };
+        Ok(Self {
+            vertices: device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("vertices"),
+                contents: bytemuck::cast_slice(&vertices),
+                usage: wgpu::BufferUsages::VERTEX,
+            }),
+            frame,
+            frame_group,
+            gbuffer,
+            compose: compose_pipeline(&device, &module, config.format),
+            to_screenshot: compose_pipeline(&device, &module, wgpu::TextureFormat::Rgba8Unorm),
+            occlusion: pass(Mode::Occlusion)?,
+            cone: pass(Mode::Cone)?,
+            grid: GridTexture::new(&device, &queue, &grid, "robot")?,
+            targets: Targets::new(&device, [width, height]),
+            object: Vec3::ZERO,
+            shading: Shading::Cone,
+            device,
+            queue,
+            surface,
+            config,
+        })
+    }
+
+    pub fn resize(&mut self, size: [u32; 2]) {
+        [self.config.width, self.config.height] = size.map(|n| n.max(1));
+        self.surface.configure(&self.device, &self.config);
+        self.targets = Targets::new(&self.device, [self.config.width, self.config.height]);
+    }
+
+    /// Puts the object where the cursor points to on the floor.
+    pub fn move_object_to(&mut self, [x, y]: [f32; 2]) {
+        let ndc = [
+            2.0 * x / self.config.width as f32 - 1.0,
+            1.0 - 2.0 * y / self.config.height as f32,
+        ];
+        let world_from_clip = self.clip_from_world().inverse();
+        let at = |depth| (world_from_clip * Vec4::new(ndc[0], ndc[1], depth, 1.0)).project();
+        let (near, far) = (at(0.0), at(1.0));
+        let t = near.y / (near.y - far.y);
+        if t > 0.0 {
+            let on_floor = near + (far - near) * t;
+            self.object = on_floor.clamp(Vec3::splat(-FLOOR), Vec3::splat(FLOOR));
+            self.object.y = 0.0;
+        }
+    }
+
+    /// Draws to the window, and waits until it is done, so that time can be told.
+    pub fn draw(&mut self) -> Result<(), Box<dyn Error>> {
+        use wgpu::CurrentSurfaceTexture as Current;
+        let texture = match self.surface.get_current_texture() {
+            Current::Success(texture) | Current::Suboptimal(texture) => texture,
+            Current::Outdated | Current::Lost => {
+                self.surface.configure(&self.device, &self.config);
+                return Ok(());
+            }
+            Current::Timeout | Current::Occluded => return Ok(()),
+            Current::Validation => return Err("the window's next picture is not valid".into()),
+        };
+        let view = texture.texture.create_view(&Default::default());
+        self.draw_to(&view, &self.compose.clone())?;
+        self.device.poll(wgpu::PollType::wait_indefinitely())?;
+        self.queue.present(texture);
+        Ok(())
+    }
+
+    /// The scene as RGBA, and its size.
+    pub fn screenshot(&mut self) -> Result<(Vec<u8>, [u32; 2]), Box<dyn Error>> {
+        // Copies want rows of a multiple of 256 bytes, 64 pixels.
+        let width = self.config.width.next_multiple_of(64);
+        let height = self.config.height;
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+        let size = [width, height];
+        self.targets = Targets::new(&self.device, size);
+        let picture = texture(&self.device, size, wgpu::TextureFormat::Rgba8Unorm, usage);
+        let view = picture.create_view(&Default::default());
+        self.draw_to(&view, &self.to_screenshot.clone())?;
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("screenshot"),
+            size: u64::from(4 * width * height),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        let layout = wgpu::TexelCopyBufferLayout {
+            bytes_per_row: Some(4 * width),
+            ..Default::default()
+        };
+        let rows = wgpu::TexelCopyBufferInfo {
+            buffer: &buffer,
+            layout,
+        };
+        encoder.copy_texture_to_buffer(picture.as_image_copy(), rows, picture.size());
+        self.queue.submit([encoder.finish()]);
+        buffer.map_async(wgpu::MapMode::Read, .., |_| {});
+        self.device.poll(wgpu::PollType::wait_indefinitely())?;
+        Ok((buffer.get_mapped_range(..)?.to_vec(), size))
+    }
+
+    fn draw_to(
+        &mut self,
+        view: &wgpu::TextureView,
+        compose: &wgpu::RenderPipeline,
+    ) -> Result<(), Box<dyn Error>> {
+        let clip_from_world = self.clip_from_world();
+        let mut uniform = clip_from_world.to_cols_array().to_vec();
+        uniform.extend(self.object.extend(0.0).to_array());
+        self.queue
+            .write_buffer(&self.frame, 0, bytemuck::cast_slice(&uniform));
+
+        // Once a frame: what stands where.
+        let place = Mat4::from_translation(self.object).to_cols_array_2d();
+        let occluders = [(&self.grid, Instance::at(place))];
+        let frame = Frame {
+            clip_from_world: clip_from_world.to_cols_array_2d(),
+            positions: &self.targets.positions,
+            normals: Some(&self.targets.normals),
+            receivers: None,
+            occluders: &occluders,
+        };
+        let pass = match self.shading {
+            Shading::None => None,
+            Shading::Occlusion => Some(&mut self.occlusion),
+            Shading::Cone => Some(&mut self.cone),
+        };
+        if let Some(pass) = pass {
+            pass.prepare(&self.device, &self.queue, &frame)?;
+        }
+
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        self.draw_gbuffer(&mut encoder);
+        self.draw_occlusion(&mut encoder);
+        self.draw_composition(&mut encoder, view, compose);
+        self.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    fn draw_gbuffer(&self, encoder: &mut wgpu::CommandEncoder) {
+        let clear = wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT);
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("G-buffer"),
+            color_attachments: &[
+                attachment(&self.targets.positions, clear),
+                attachment(&self.targets.normals, clear),
+            ],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.targets.depth,
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(1.0),
+                    store: wgpu::StoreOp::Store,
+                }),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.gbuffer);
+        pass.set_bind_group(0, &self.frame_group, &[]);
+        pass.set_vertex_buffer(0, self.vertices.slice(..));
+        let count = self.vertices.size() / size_of::<Vertex>() as u64;
+        pass.draw(0..count as u32, 0..1);
+    }
+
+    /// Only this is aogrid's.
+    fn draw_occlusion(&self, encoder: &mut wgpu::CommandEncoder) {
+        let clear = wgpu::LoadOp::Clear(self.cone.clear_color());
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("occlusion"),
+            color_attachments: &[attachment(&self.targets.transmittances, clear)],
+            // No operations: it is only read.
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.targets.depth,
+                depth_ops: None,
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+        match self.shading {
+            Shading::None => {}
+            Shading::Occlusion => self.occlusion.draw(&mut pass),
+            Shading::Cone => self.cone.draw(&mut pass),
+        }
+    }
+
+    fn draw_composition(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &wgpu::TextureView,
+        compose: &wgpu::RenderPipeline,
+    ) {
+        let Targets {
+            positions,
+            normals,
+            transmittances,
+            ..
+        } = &self.targets;
+        let entry = |(binding, view)| wgpu::BindGroupEntry {
+            binding,
+            resource: wgpu::BindingResource::TextureView(view),
+        };
+        let views = [positions, normals, transmittances];
+        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("composition"),
+            layout: &compose.get_bind_group_layout(0),
+            entries: &(0..).zip(views).map(entry).collect::<Vec<_>>(),
+        });
+        let clear = wgpu::LoadOp::Clear(wgpu::Color::BLACK);
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("composition"),
+            color_attachments: &[attachment(view, clear)],
+            ..Default::default()
+        });
+        pass.set_pipeline(compose);
+        pass.set_bind_group(0, &group, &[]);
+        pass.draw(0..3, 0..1);
+    }
+
+    fn clip_from_world(&self) -> Mat4 {
+        let aspect = self.config.width as f32 / self.config.height as f32;
+        let eye = Vec3::new(2.6, 2.6, 4.4);
+        directx::perspective(0.8, aspect, 0.1, 30.0)
+            * view::look_at_mat4(eye, Vec3::new(0.0, 0.6, 0.0), Vec3::Y)
+    }
+}
+
+impl Targets {
+    fn new(device: &wgpu::Device, size: [u32; 2]) -> Self {
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
+        let view = |format| texture(device, size, format, usage).create_view(&Default::default());
+        Self {
+            positions: view(POSITIONS),
+            normals: view(NORMALS),
+            depth: view(DEPTH),
+            transmittances: view(TRANSMITTANCES),
+        }
+    }
+}
+
+/// The robot's vertices and the floor's, and the robot's grid, baked here and now.
+fn model() -> Result<(Vec<Vertex>, Grid), Box<dyn Error>> {
+    let mesh = Sample::Robot.mesh(None)?;
+    let (placement, options) = (Placement::default(), BakeOptions::recommended());
+    let spec = placement.place(&mesh.bounds())?;
+    let raw = aogrid_baker_cpu::bake(&mesh, spec, &options, UNOBSERVED)?;
+    let source = Source {
+        name: Sample::Robot.name().into(),
+        part: None,
+        blake3: "0".repeat(64),
+        triangles: mesh.triangles().len() as u64,
+    };
+    let grid = post::finish(raw, &placement, &options, source)?;
+    let f = FLOOR;
+    let corners = [[-f, 0.0, f], [f, 0.0, f], [f, 0.0, -f], [-f, 0.0, -f]];
+    let [a, b, c, d] = corners;
+    let floor = [[a, b, c], [a, c, d]].into_iter();
+    let floor = floor.flat_map(|triangle| vertices(triangle, 0.0));
+    let robot = mesh.corners().flat_map(|triangle| vertices(triangle, 1.0));
+    Ok((robot.chain(floor).collect(), grid))
+}
+
+/// A triangle with its own normal.
+fn vertices(triangle: [[f32; 3]; 3], moves: f32) -> [Vertex; 3] {
+    let [a, b, c] = triangle.map(Vec3::from);
+    let n = (b - a).cross(c - a).normalize_or_zero();
+    [a, b, c].map(|p| [p.x, p.y, p.z, moves, n.x, n.y, n.z])
+}
+
+fn texture(
+    device: &wgpu::Device,
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d {
+            width,
+            height,
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
+}
+
+fn attachment(
+    view: &wgpu::TextureView,
+    load: wgpu::LoadOp<wgpu::Color>,
+) -> Option<wgpu::RenderPassColorAttachment<'_>> {
+    Some(wgpu::RenderPassColorAttachment {
+        view,
+        depth_slice: None,
+        resolve_target: None,
+        ops: wgpu::Operations {
+            load,
+            store: wgpu::StoreOp::Store,
+        },
+    })
+}
+
+fn gbuffer_pipeline(device: &wgpu::Device, module: &wgpu::ShaderModule) -> wgpu::RenderPipeline {
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("G-buffer"),
+        layout: None,
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some("surface"),
+            compilation_options: Default::default(),
+            buffers: &[Some(wgpu::VertexBufferLayout {
+                array_stride: size_of::<Vertex>() as u64,
+                step_mode: wgpu::VertexStepMode::Vertex,
+                attributes: &wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x3],
+            })],
+        },
+        primitive: wgpu::PrimitiveState {
+            cull_mode: Some(wgpu::Face::Back),
+            ..Default::default()
+        },
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Less),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some("gbuffer"),
+            compilation_options: Default::default(),
+            targets: &[Some(POSITIONS.into()), Some(NORMALS.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+fn compose_pipeline(
+    device: &wgpu::Device,
+    module: &wgpu::ShaderModule,
+    format: wgpu::TextureFormat,
+) -> wgpu::RenderPipeline {
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("composition"),
+        layout: None,
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some("whole_screen"),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: Default::default(),
+        depth_stencil: None,
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some("compose"),
+            compilation_options: Default::default(),
+            targets: &[Some(format.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

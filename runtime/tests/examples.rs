@@ -1,0 +1,160 @@
+//! The examples run, and draw what they say.
+
+use std::io::{BufRead, BufReader, Write, stderr};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, post};
+use aogrid_grid_format::Source;
+use image::RgbaImage;
+
+/// Makes a missing adapter or display a failure.
+const VARIABLE: &str = "AOGRID_GPU";
+
+fn skip(why: &str) {
+    let demanded = std::env::var(VARIABLE).is_ok_and(|v| v == "require");
+    assert!(!demanded, "{VARIABLE}=require, but: {why}");
+    let _ = writeln!(stderr(), "SKIPPED examples: {why}");
+}
+
+/// A built example, which lies beside the test's own folder.
+fn example(name: &str) -> Option<PathBuf> {
+    let test = std::env::current_exe().unwrap();
+    let folder = test.parent().unwrap().parent().unwrap().join("examples");
+    let path = folder.join(format!("{name}{}", std::env::consts::EXE_SUFFIX));
+    if !path.exists() {
+        skip(&format!(
+            "example `{name}` is not built; run all tests of the package"
+        ));
+        return None;
+    }
+    Some(path)
+}
+
+fn has_adapter() -> bool {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let adapter = pollster::block_on(instance.request_adapter(&Default::default()));
+    adapter
+        .inspect_err(|error| skip(&error.to_string()))
+        .is_ok()
+}
+
+/// Runs it to its end and reads the picture that it leaves.
+fn picture(command: &mut Command, png: &Path) -> RgbaImage {
+    let output = command.output().expect("it starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    assert!(!said.contains("alidation"), "{said}");
+    image::open(png).expect("a picture").into_rgba8()
+}
+
+/// The mean of a square of 8×8 pixels around a place in a picture, each 0..1 of its size.
+fn brightness(picture: &RgbaImage, x: f32, y: f32) -> f32 {
+    let at = |t: f32, size: u32| (t * size as f32) as u32 - 4;
+    let (x, y) = (at(x, picture.width()), at(y, picture.height()));
+    let pixels = (0..64).map(|i| picture.get_pixel(x + i % 8, y + i / 8).0);
+    let sum: u32 = pixels
+        .map(|[r, g, b, _]| u32::from(r) + u32::from(g) + u32::from(b))
+        .sum();
+    sum as f32 / (3.0 * 64.0 * 255.0)
+}
+
+fn robot() -> Vec<u8> {
+    let mesh = Sample::Robot.mesh(None).unwrap();
+    let (placement, options) = (Placement::default(), BakeOptions::recommended());
+    let spec = placement.place(&mesh.bounds()).unwrap();
+    let raw = aogrid_baker_cpu::bake(&mesh, spec, &options, UNOBSERVED).unwrap();
+    let source = Source {
+        name: "robot".into(),
+        part: None,
+        blake3: "0".repeat(64),
+        triangles: 1,
+    };
+    post::finish(raw, &placement, &options, source)
+        .unwrap()
+        .to_bytes()
+}
+
+#[test]
+fn the_smallest_program_draws_a_shadow_on_a_floor() {
+    let (Some(example), true) = (example("headless"), has_adapter()) else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let (grid, png) = (
+        folder.path().join("robot.ao.ktx2"),
+        folder.path().join("out.png"),
+    );
+    std::fs::write(&grid, robot()).unwrap();
+    let picture = picture(Command::new(example).arg(grid).arg(&png), &png);
+    assert_eq!(picture.dimensions(), (512, 512));
+    let (under, beside) = (
+        brightness(&picture, 0.5, 0.5),
+        brightness(&picture, 0.05, 0.05),
+    );
+    assert!(under < 0.6 && beside > 0.8, "{under} {beside}");
+}
+
+/// A display without a screen.
+struct Display {
+    server: Child,
+    name: String,
+}
+
+impl Display {
+    fn new() -> Option<Self> {
+        let server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "1024x768x24"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn();
+        let Ok(mut server) = server else {
+            skip("no Xvfb to open a window on");
+            return None;
+        };
+        // It says which display it is once it is one.
+        let mut line = String::new();
+        let stdout = server.stdout.take().expect("it is piped");
+        BufReader::new(stdout)
+            .read_line(&mut line)
+            .expect("it answers");
+        Some(Self {
+            server,
+            name: format!(":{}", line.trim()),
+        })
+    }
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn the_window_shows_an_object_and_its_shadow() {
+    let (Some(example), true) = (example("drag"), has_adapter()) else {
+        return;
+    };
+    let Some(display) = Display::new() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let png = folder.path().join("out.png");
+    let mut command = Command::new(example);
+    command
+        .arg("--screenshot")
+        .arg(&png)
+        .env("DISPLAY", &display.name);
+    let picture = picture(&mut command, &png);
+    // The floor between the robot's feet, and in front of it, both lit alike.
+    let (under, front) = (
+        brightness(&picture, 0.5, 0.72),
+        brightness(&picture, 0.5, 0.93),
+    );
+    println!("{under} {front}");
+    assert!(under < front - 0.05, "{under} {front}");
+}
