@@ -14,6 +14,8 @@ mod look;
 mod odd_inputs;
 /// Rendering scenes, and what is wrong with them.
 mod render;
+/// Scenes shaded by grids, and what shaders cost.
+mod shade;
 /// T_clip and T_merge: generating, checking, measuring, exporting.
 mod tables;
 

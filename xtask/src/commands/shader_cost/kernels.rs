@@ -31,8 +31,11 @@ pub(super) struct Pass {
     transmittance: &'static str,
 }
 
+/// An occluder that every lane chooses for itself, as instanced draws do, in place of one uniform.
+const PER_LANE: &str = "";
+
 /// Ours beside the papers'.
-pub(super) const PASSES: [Pass; 9] = [
+pub(super) const PASSES: [Pass; 10] = [
     Pass {
         name: "occlusion, RR-5779 as printed",
         occluder: "Naive",
@@ -75,6 +78,11 @@ pub(super) const PASSES: [Pass; 9] = [
         transmittance: "aogrid_cone(o, grid, table, linear_clamp, p, n)",
     },
     Pass {
+        name: "cone, strength, one per lane",
+        occluder: PER_LANE,
+        transmittance: "aogrid_cone_faded(o, grid, table, linear_clamp, p, n)",
+    },
+    Pass {
         name: "cone, closed form",
         occluder: "AogridOccluder",
         transmittance: "cone_in_closed_form(o, p, n)",
@@ -95,6 +103,9 @@ fn cone_with_box_test(o: AogridOccluder, p: vec3f, n: vec3f) -> f32 {
     let p_grid = aogrid_grid_position(o, p);
     return select(1.0, cone_of(o, p_grid, n), aogrid_is_inside(p_grid));
 }
+fn chosen(id: vec2u) -> u32 {
+    return id.x & 15u;
+}
 fn cone_in_closed_form(o: AogridOccluder, p: vec3f, n: vec3f) -> f32 {
     let texel = textureSampleLevel(grid, linear_clamp, aogrid_grid_position(o, p), 0.0);
     let cos_beta = aogrid_cos_beta(aogrid_axis(o, texel.rgb), n);
@@ -105,13 +116,22 @@ fn cone_in_closed_form(o: AogridOccluder, p: vec3f, n: vec3f) -> f32 {
 impl Pass {
     /// The pass, `count` times over.
     pub(super) fn repeated(&self, count: u32) -> Kernel {
-        let occluder = self.occluder;
+        let (buffer, index) = match self.occluder {
+            PER_LANE => (
+                "var<storage, read> occluders: array<AogridOccluder>".to_owned(),
+                "chosen(id.xy) + ",
+            ),
+            uniform => (
+                format!("var<uniform> occluders: array<{uniform}, {count}>"),
+                "",
+            ),
+        };
         let mut body = String::new();
         for idx in 0..count {
             body += &format!(
                 "    {{
         let at = id.xy + vec2u(0u, {idx}u);
-        let o = occluders[{idx}];
+        let o = occluders[{index}{idx}u];
         let p = textureLoad(positions, at, 0).xyz;
         let n = fma(textureLoad(normals, at, 0).xyz, vec3f(2.0), vec3f(-1.0));
         t *= {};
@@ -120,7 +140,7 @@ impl Pass {
             );
         }
         let entry = format!(
-            "@group(0) @binding(6) var<uniform> occluders: array<{occluder}, {count}>;
+            "@group(0) @binding(6) {buffer};
 @compute @workgroup_size(8, 8)
 fn shade(@builtin(global_invocation_id) id: vec3u) {{
     var t = 1.0;

@@ -44,6 +44,8 @@ const MANIFESTS: &str = "/usr/share/vulkan/icd.d";
 const SLOPE: [u32; 2] = [4, 12];
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
+    let shaders = args.shader.iter().map(|argument| from_file(argument));
+    let shaders = shaders.collect::<anyhow::Result<Vec<_>>>()?;
     if std::env::var_os(VARIABLE).is_none() {
         return run_with_null_hardware(&args.family);
     }
@@ -65,8 +67,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         };
         console.result(&row.line());
     }
-    for shader in &args.shader {
-        let kernel = from_file(shader)?;
+    for kernel in shaders {
         let row = Row {
             cost: cost(&compiler, &kernel)?,
             name: kernel.name,
