@@ -77,7 +77,11 @@ impl ApplicationHandler for App {
                     renderer.move_object_to(self.cursor);
                 }
             }
-            WindowEvent::MouseInput { state, button, .. } if button == MouseButton::Left => {
+            WindowEvent::MouseInput {
+                state,
+                button: MouseButton::Left,
+                ..
+            } => {
                 self.is_dragging = state == ElementState::Pressed;
             }
             WindowEvent::KeyboardInput { event, .. } => match event.physical_key {
