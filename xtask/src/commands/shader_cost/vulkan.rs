@@ -210,7 +210,6 @@ fn device(instance: &ash::Instance, physical: vk::PhysicalDevice) -> anyhow::Res
 }
 
 fn value(statistic: &vk::PipelineExecutableStatisticKHR<'_>) -> u64 {
-    // Read as the widest: unions are zero where a smaller member was written.
     match statistic.format {
         // SAFETY: `format` says which member was written.
         vk::PipelineExecutableStatisticFormatKHR::UINT64 => unsafe { statistic.value.u64 },
