@@ -54,7 +54,7 @@
 //! # Practice
 //!
 //! A [`Sweeper`] owns the buffers and is kept between bakes. Moments are sums of integers
-//! ([`FaceSums`]), so that neither threads nor tiles nor instructions change a bit of them.
+//! ([`FaceSums`](aogrid_bake_core::FaceSums)), so that neither threads nor tiles nor instructions change a bit of them.
 //! Crossings come in the order of edges, all over the grid: their [steps] are kept by groups of
 //! rows, and each group is counted and summed while it is in a core's first cache. Counters are
 //! bytes; one that is too small for its layers is noticed, and its group is counted again in 32
