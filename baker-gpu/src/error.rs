@@ -2,7 +2,7 @@
 
 use aogrid_bake_core::{OptionsError, WhyRays};
 
-/// See the [module](self). Whoever can bake on the CPU instead may do so after any of these
+/// Whoever can bake on the CPU instead may do so after any of these
 /// but a wrong option and cancellation.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]

@@ -34,7 +34,7 @@
 //! Work is cut into submissions of some hundredths of a second, by measurement, so that no
 //! driver's watchdog fires; between them the observer is told and may cancel. Whatever the
 //! device does ([`BakeError`]), a bake returns. WGSL lies beside what dispatches it; its
-//! constants come from Rust, and [`shaders`] lists the sources in full.
+//! constants come from Rust, and [`shaders()`] lists the sources in full.
 
 mod baker;
 mod context;

@@ -22,7 +22,7 @@
 //! What is decided from rounded numbers (facings, ranks) is decided once and kept; on which
 //! side of a row an edge passes is asked in exact integers, by `crossings` and `piercings`
 //! alike. So what begins along a row also ends: rounding moves a step by a cell at the most,
-//! and never leaves a streak. [`piercings`] has the argument.
+//! and never leaves a streak. [`piercings`](mod@piercings) has the argument.
 //!
 //! # Practice
 //!

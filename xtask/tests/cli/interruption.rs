@@ -111,6 +111,7 @@ fn a_full_disk_is_one_line_and_leaves_the_old_file_whole() {
     // writing fails as it does on a full disk.
     let script = "trap '' XFSZ; ulimit -f 8; exec \"$0\" bake \"$1\" -o \"$2\" --resolution 32 --face-size 8";
     let output = Command::new("sh")
+        .env("XDG_RUNTIME_DIR", std::env::temp_dir())
         .args(["-c", script, env!("CARGO_BIN_EXE_xtask")])
         .args([&model, &out])
         .output()
@@ -135,6 +136,7 @@ fn a_reader_that_goes_away_is_no_panic() {
     ok("bake {} -o {} --resolution 8", &[&model, &out]);
     let script = "\"$0\" info \"$1\" | true";
     let output = Command::new("sh")
+        .env("XDG_RUNTIME_DIR", std::env::temp_dir())
         .args(["-c", script, env!("CARGO_BIN_EXE_xtask")])
         .arg(&out)
         .output()
