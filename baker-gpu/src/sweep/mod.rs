@@ -31,6 +31,7 @@
 //! dynamically indexed arrays would live in memory. Nothing is read back but the sums.
 
 mod gpu_data;
+mod kernels;
 mod mesh;
 mod piercings;
 mod plan;
@@ -43,15 +44,16 @@ use aogrid_bake_core::{
     FaceBits, FaceSums, FixedTexel, Observer, PreparedMesh, RawGrid, cube_face, fixed_texels,
 };
 use aogrid_grid_format::{FACE_SIZES, Method};
-use wgpu::{Buffer, BufferUsages, Device};
+use wgpu::{Buffer, BufferUsages};
 
-use crate::kernel::{Binding, Kernel};
 use crate::pace::Pace;
-use crate::shaders::{Constants, Shader, WORKGROUP};
+use crate::shaders::WORKGROUP;
 use crate::store::Store;
 use crate::work::{Extent, Work};
 use crate::{BakeError, Context};
-use gpu_data::{Frame, MOST_ROWS, TABLE};
+use gpu_data::{Frame, TABLE};
+use kernels::Kernels;
+pub(crate) use kernels::shaders;
 use mesh::Mesh;
 use piercings::Search;
 use plan::{Brick, LANES, Pass, Room, counter_bytes};
@@ -93,16 +95,6 @@ impl UploadedMesh {
     pub fn mesh(&self) -> &PreparedMesh {
         &self.mesh
     }
-}
-
-/// Compiled for one kind of counters, with directions or without.
-struct Kernels {
-    silhouettes: Kernel,
-    levels: Kernel,
-    crossings: Kernel,
-    piercings: Kernel,
-    summation: Kernel,
-    moments: Kernel,
 }
 
 /// What to compute.
@@ -648,153 +640,4 @@ fn parts(n_edges: u32, pass: &Pass, edge_levels: f64) -> u32 {
         .min(MOST_PARTS)
         .max(for_short)
         .clamp(1, MOST_WORKGROUPS)
-}
-
-impl Kernels {
-    fn new(device: &Device, wide: bool, directions: bool) -> Self {
-        use Binding::{Read, Uniform, Write};
-        let compile = |shader: &Shader, entry: &str, bindings: &[Binding]| {
-            let bindings = [&[Uniform], bindings].concat();
-            Kernel::new(device, shader, entry, &bindings)
-        };
-        let crossings = [Write, Write, Uniform, Read, Read, Read, Read];
-        let piercings = [Write, Write, Uniform, Read, Read, Read];
-        let sums = summation(wide);
-        Self {
-            silhouettes: compile(&silhouettes(), "silhouettes", &[Read, Write]),
-            levels: compile(
-                &levels(),
-                "levels_of_vertices",
-                &[Uniform, Uniform, Read, Write],
-            ),
-            crossings: compile(&self::crossings(wide), "crossings", &crossings),
-            piercings: compile(&self::piercings(wide), "piercings", &piercings),
-            summation: compile(&sums, sums.entry_points[usize::from(wide)], &[Write, Write]),
-            moments: compile(&moments(directions), "moments", &[Read, Uniform, Write]),
-        }
-    }
-}
-
-/// All of them, in every variant.
-pub(crate) fn shaders() -> Vec<Shader> {
-    let mut all = vec![silhouettes(), levels()];
-    for wide in [false, true] {
-        all.extend([crossings(wide), piercings(wide), summation(wide)]);
-    }
-    all.extend([false, true].map(moments));
-    all
-}
-
-fn constants() -> Constants {
-    Constants::default()
-        .unsigned("WORKGROUP", WORKGROUP)
-        .unsigned("LANES", LANES)
-        .unsigned("LANE_MASK", (1 << LANES) - 1)
-        .unsigned("ROW_SLOPES", MOST_ROWS / 4)
-        .unsigned("TABLE", TABLE as u32)
-}
-
-fn with_counters(wide: bool) -> Constants {
-    constants()
-        .boolean("WIDE", wide)
-        // Planes of counters of a side: a word holds one direction, or four.
-        .unsigned("SIDE_PLANES", if wide { LANES } else { LANES / 4 })
-        .unsigned("BYTE_BIAS", 0x8080_8080)
-}
-
-const CHUNK: &str = include_str!("../chunk.wgsl");
-const FRAME: &str = include_str!("frame.wgsl");
-const INTEGERS: &str = include_str!("integers.wgsl");
-const COUNTERS: &str = include_str!("counters.wgsl");
-
-fn silhouettes() -> Shader {
-    let constants = constants()
-        // The least share of a normal along u that its facings depend on u: below it the
-        // threshold is beyond both ends of a row of texels, or the triangle is seen edge-on.
-        .float("LEAST_SHARE", 1e-12)
-        .float("LEAST_NORMAL", 1e-30);
-    Shader {
-        name: "sweep: silhouettes",
-        source: constants.before(&[CHUNK, FRAME, include_str!("silhouettes.wgsl")]),
-        entry_points: vec!["silhouettes"],
-    }
-}
-
-fn levels() -> Shader {
-    Shader {
-        name: "sweep: levels",
-        source: constants().before(&[CHUNK, FRAME, include_str!("levels.wgsl")]),
-        entry_points: vec!["levels_of_vertices"],
-    }
-}
-
-fn crossings(wide: bool) -> Shader {
-    let constants = with_counters(wide)
-        .unsigned("QUEUE", WORKGROUP * MOST_ROWS)
-        .unsigned("TRIANGLE", !mesh::REVERSED)
-        .unsigned("REVERSED", mesh::REVERSED)
-        .unsigned("ALL_REVERSED", 0x8080_8080)
-        // Four roundings of 2⁻²⁴, and as much again.
-        .float("PRODUCT_ROUNDING", 1.0 / (1 << 21) as f32);
-    let parts = [
-        CHUNK,
-        FRAME,
-        INTEGERS,
-        COUNTERS,
-        include_str!("crossings.wgsl"),
-    ];
-    Shader {
-        name: if wide {
-            "sweep: wide crossings"
-        } else {
-            "sweep: crossings"
-        },
-        source: constants.before(&parts),
-        entry_points: vec!["crossings"],
-    }
-}
-
-fn piercings(wide: bool) -> Shader {
-    let constants = with_counters(wide)
-        .unsigned("ABOVE", piercings::ABOVE)
-        .unsigned("ABOVE_IF_UP", piercings::ABOVE_IF_UP)
-        .unsigned("ABOVE_IF_DOWN", piercings::ABOVE_IF_DOWN);
-    Shader {
-        name: if wide {
-            "sweep: wide piercings"
-        } else {
-            "sweep: piercings"
-        },
-        source: constants.before(&[CHUNK, FRAME, COUNTERS, include_str!("piercings.wgsl")]),
-        entry_points: vec!["piercings"],
-    }
-}
-
-fn summation(wide: bool) -> Shader {
-    let constants = with_counters(wide)
-        .unsigned("EVEN_BYTES", 0x00ff_00ff)
-        .unsigned("EVEN_BYTE_BIAS", 0x0080_0080)
-        .unsigned("HALF_BIAS", 0x8000_8000)
-        .unsigned("NOWHERE", u32::MAX);
-    Shader {
-        name: if wide {
-            "sweep: wide summation"
-        } else {
-            "sweep: summation"
-        },
-        source: constants.before(&[CHUNK, FRAME, include_str!("summation.wgsl")]),
-        entry_points: vec!["summation", "summation_of_wide"],
-    }
-}
-
-fn moments(directions: bool) -> Shader {
-    let constants = constants().boolean("DIRECTIONS", directions);
-    Shader {
-        name: match directions {
-            true => "sweep: moments",
-            false => "sweep: moments without directions",
-        },
-        source: constants.before(&[CHUNK, FRAME, include_str!("moments.wgsl")]),
-        entry_points: vec!["moments"],
-    }
 }
