@@ -35,6 +35,8 @@ pub(super) struct Builder<'a> {
     named: HashMap<String, NamedMesh>,
     materials: Vec<Material>,
     instances: Vec<Instance>,
+    /// The instance that has an id.
+    ids: HashMap<u32, String>,
 }
 
 #[derive(Clone, Copy)]
@@ -56,6 +58,7 @@ impl<'a> Builder<'a> {
             named: HashMap::new(),
             materials: vec![white],
             instances: vec![],
+            ids: HashMap::new(),
         }
     }
 
@@ -69,7 +72,6 @@ impl<'a> Builder<'a> {
         for instance in file.instances {
             self.instance(instance)?;
         }
-        self.check_ids()?;
         if let Some(limit) = options.occluders {
             self.keep_occluders(limit);
         }
@@ -303,6 +305,7 @@ impl<'a> Builder<'a> {
                     format!("{name}/{}", part.unwrap_or_default())
                 }
             };
+            self.take_id(id, &name, &place)?;
             self.instances.push(Instance {
                 name,
                 id,
@@ -319,6 +322,14 @@ impl<'a> Builder<'a> {
             });
         }
         Ok(())
+    }
+
+    fn take_id(&mut self, id: u32, name: &str, place: &Spanned<()>) -> anyhow::Result<()> {
+        let Some(other) = self.ids.insert(id, name.to_owned()) else {
+            return Ok(());
+        };
+        let message = format!("`{other}` and `{name}` both have {id}");
+        Err(self.source.at(place, "instance.id", &message))
     }
 
     fn material_idx(&self, name: &Spanned<String>) -> anyhow::Result<usize> {
@@ -365,21 +376,6 @@ impl<'a> Builder<'a> {
             translation,
         );
         Ok((transform, is_similarity))
-    }
-
-    fn check_ids(&self) -> anyhow::Result<()> {
-        let mut seen = HashMap::new();
-        for instance in &self.instances {
-            if let Some(other) = seen.insert(instance.id, &instance.name) {
-                anyhow::bail!(
-                    "{}: instance.id: `{other}` and `{}` both have {}",
-                    self.source.path.display(),
-                    instance.name,
-                    instance.id
-                );
-            }
-        }
-        Ok(())
     }
 
     fn keep_occluders(&mut self, limit: usize) {

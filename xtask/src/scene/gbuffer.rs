@@ -48,10 +48,16 @@ impl GBuffer {
     /// No camera, a scene that cannot be flattened, cancellation.
     pub fn trace(scene: &Scene, observer: Observer<'_>) -> anyhow::Result<Self> {
         let Some(camera) = &scene.camera else {
-            bail!("{}: it has no [camera]", scene.path.display());
+            bail!(
+                "{}: camera: a picture needs one: add a [camera]",
+                scene.path.display()
+            );
         };
         let Some(mesh) = scene.flattened(|_| true)? else {
-            bail!("{}: it has no instances", scene.path.display());
+            bail!(
+                "{}: instance: there is nothing to see: add an [[instance]]",
+                scene.path.display()
+            );
         };
         let ids: Vec<u32> = scene.instances.iter().map(|instance| instance.id).collect();
         let visible = Visible {

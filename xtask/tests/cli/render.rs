@@ -311,7 +311,7 @@ fn what_is_wrong_in_a_scene_is_named_with_line_and_key() {
         ),
         (
             &format!("{mesh}[[instance]]\nmesh = 'a'\nid = 2\n[[instance]]\nmesh = 'a'"),
-            "",
+            ":7:",
             "instance.id",
             "both have 2",
         ),
@@ -369,12 +369,12 @@ fn what_is_wrong_in_a_scene_is_named_with_line_and_key() {
             "environment.color[1]",
             "below zero",
         ),
-        ("", "scene.toml", "[camera]", ""),
+        ("", "scene.toml", "camera", "add a [camera]"),
         (
             &format!("{mesh}[camera]\nposition = [0, 0, 1]\ntarget = [0, 0, 0]"),
             "scene.toml",
-            "instances",
-            "",
+            "instance",
+            "add an [[instance]]",
         ),
     ] {
         let error = error_of(text);

@@ -100,7 +100,7 @@ fn target(
     if let OutputKind::Csv = kind {
         let Some(list) = &scene.receivers else {
             bail!(
-                "{}: it has no [receivers], which a CSV file would list",
+                "{}: receivers: a CSV file lists them: add [receivers], or name a picture",
                 args.scene.display()
             );
         };
