@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use aogrid_baker_cpu::truth::Environment;
 use aogrid_tests::{files_with_ending, shared};
+use glam::DVec3;
 use xtask::scene::{LoadOptions, parse};
 
 type Vector = [f64; 3];
@@ -56,18 +57,22 @@ fn orientation() -> Option<Environment> {
     Some(environment)
 }
 
-/// The picture around a horizontal axis, `right` and `up` in degrees from it.
-fn ascii(environment: &Environment, forward: Vector, right: [i32; 2], up: [i32; 2]) -> String {
-    // Seen from inside with y up.
-    let across = [-forward[2], 0.0, forward[0]];
+/// The picture around an axis with another one `above`, `right` and `up` in degrees from it.
+fn ascii(
+    environment: &Environment,
+    forward: DVec3,
+    above: DVec3,
+    right: [i32; 2],
+    up: [i32; 2],
+) -> String {
+    let across = forward.cross(above);
     let half_degrees = |range: [i32; 2]| (2 * range[0]..2 * range[1]).map(|v| f64::from(v) / 2.0);
     let mut picture = String::new();
     for up in half_degrees(up).rev() {
         for right in half_degrees(right) {
             let (r, u) = (right.to_radians().tan(), up.to_radians().tan());
-            let direction =
-                std::array::from_fn(|x| forward[x] + r * across[x] + if x == 1 { u } else { 0.0 });
-            let [_, _, blue] = environment.radiance(direction);
+            let direction = forward + r * across + u * above;
+            let [_, _, blue] = environment.radiance(direction.into());
             // Letters are black, the text behind them is light blue.
             picture.push(if blue < 0.5 { '#' } else { '.' });
         }
@@ -76,17 +81,25 @@ fn ascii(environment: &Environment, forward: Vector, right: [i32; 2], up: [i32; 
     picture
 }
 
+const X: DVec3 = DVec3::X;
+const Y: DVec3 = DVec3::Y;
+const Z: DVec3 = DVec3::Z;
+
 #[test]
-fn each_horizontal_axis_leads_to_its_printed_label() {
+fn each_axis_leads_to_its_printed_label() {
     let Some(map) = orientation() else { return };
     let mut pictures = String::new();
-    for (name, forward) in [
-        ("+X", [1.0, 0.0, 0.0]),
-        ("-X", [-1.0, 0.0, 0.0]),
-        ("+Z", [0.0, 0.0, 1.0]),
-        ("-Z", [0.0, 0.0, -1.0]),
+    // Below which the label stands: on the ceiling and the floor nearer to the axis or farther.
+    let below = [-12, -5];
+    for (name, forward, above, up) in [
+        ("+X", X, Y, below),
+        ("-X", -X, Y, below),
+        ("+Z", Z, Y, below),
+        ("-Z", -Z, Y, below),
+        ("+Y", Y, Z, below),
+        ("-Y", -Y, -Z, [1, 8]),
     ] {
-        pictures += &format!("{name}\n{}", ascii(&map, forward, [-12, 12], [-12, -5]));
+        pictures += &format!("{name}\n{}", ascii(&map, forward, above, [-12, 12], up));
     }
     assert_eq!(pictures, LABELS, "\n{pictures}");
 }
@@ -218,7 +231,8 @@ fn what_is_no_map_is_refused_by_name() {
     }
 }
 
-/// As another program cuts them out of the file.
+/// As another program cuts the first four out of the file; of the ceiling and the floor each is
+/// seen upright, as it is read.
 const LABELS: &str = "\
 +X
 ...............#.....##.........................
@@ -280,4 +294,34 @@ const LABELS: &str = "\
 .............#########..........................
 ................................................
 ................................................
++Y
+..............##......##........................
+..............##.....##.........................
+...............#....##..........................
+...............##...##..........................
+......##........##.##...........................
+.................###............................
+......#..........###............................
+......#.###.......#.............................
+..#########.......#.............................
+......##..........#.............................
+......##..........#.............................
+.......#..........#.............................
+..................#.............................
+................................................
+-Y
+................................................
+.......................#........................
+.............##.......##........................
+.............###.....###........................
+..............##.....##.........................
+...............##...##..........................
+...............##..##...........................
+................##.##...........................
+.................###............................
+.................###............................
+...####.###.......#.............................
+..##########.....##.............................
+.................##.............................
+..................#.............................
 ";
