@@ -101,6 +101,10 @@ fn all() -> Vec<Adapter> {
     adapters
 }
 
+/// To filter float grids, and to multiply into float targets.
+const FLOATS: wgpu::Features =
+    wgpu::Features::FLOAT32_FILTERABLE.union(wgpu::Features::FLOAT32_BLENDABLE);
+
 impl Context {
     /// A device on an adapter of this machine, with the best limits that it offers.
     ///
@@ -162,6 +166,8 @@ impl Context {
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("aogrid baker"),
             required_limits: limits,
+            // Nothing here needs them: shading with what was baked does, on the same device.
+            required_features: adapter.features() & FLOATS,
             ..Default::default()
         };
         let device = pollster::block_on(adapter.request_device(&descriptor));

@@ -73,3 +73,129 @@ fn an_adapter_that_is_not_there_fails_and_one_for_the_cpu_is_wrong_usage() {
     let line = "bake {} -o {} --backend cpu --adapter x";
     assert_eq!(run(line, &[&model, &out]).status.code(), Some(2));
 }
+
+/// Three occluders of all kinds on a floor: a turned and stretched one, one that leaves the floor
+/// out, one on layers that nothing has; grids of floats, so that filters differ the least.
+const OCCLUDERS: &str = "
+[camera]
+position = [2, 2.5, 4]
+target = [0, 0.3, 0]
+resolution = [61, 47]
+[[mesh]]
+name = 'floor'
+rectangle = [6, 6]
+[[mesh]]
+name = 'box'
+sample = 'box'
+grid = { resolution = 12, format = 'f32' }
+[[mesh]]
+name = 'table'
+sample = 'table'
+grid = { resolution = 12, format = 'f32', encoding = 'ENCODING' }
+[[instance]]
+mesh = 'floor'
+id = 7
+[[instance]]
+mesh = 'box'
+translate = [-0.9, 0.02, 0.2]
+scale = [1, 0.8, -0.7]
+rotate = { axis = [0, 1, 0.2], degrees = 30 }
+strength = 0.8
+[[instance]]
+mesh = 'table'
+translate = [0.9, 0.01, 0]
+[[instance]]
+mesh = 'box'
+translate = [0.2, 0, -1.2]
+excludes = [7]
+[[instance]]
+mesh = 'box'
+translate = [-1, 0.1, 1.7]
+casts_on = [5]
+";
+
+/// On float grids and a 32-bit target: a handful of roundings an occluder, steepened by T_clip.
+const SOFTWARE: f32 = 1e-4;
+
+/// What 8 bits of a filter's weight may do to a look-up and a clip of each of three occluders:
+/// 3 axes of 1/256 in a, by T_clip's slope of 4 there, and as much again for the axis.
+const HARDWARE: f32 = 3.0 * 2.0 * 4.0 * 3.0 / 256.0;
+
+/// AO of every pixel of a picture.
+fn occlusions(exr: &std::path::Path) -> Vec<f32> {
+    let image = exr::prelude::read_first_flat_layer_from_file(exr).unwrap();
+    let channel = &image.layer_data.channel_data.list[0];
+    assert_eq!(channel.name.to_string(), "AO");
+    channel.sample_data.values_as_f32().collect()
+}
+
+#[test]
+fn pictures_by_the_raster_pass_are_those_of_its_twin() {
+    let Some(adapter) = adapter() else { return };
+    let tolerance = match adapter.starts_with("llvmpipe") {
+        true => SOFTWARE,
+        false => HARDWARE,
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let [scene, cpu, gpu] = ["scene.toml", "cpu.exr", "gpu.exr"].map(path);
+    for (mode, encoding) in [
+        ("cone", "cone"),
+        ("occlusion", "cone"),
+        ("occlusion", "occlusion"),
+    ] {
+        fs::write(&scene, OCCLUDERS.replace("ENCODING", encoding)).unwrap();
+        let line = format!("render {{}} --mode {mode} -o {{}}");
+        ok(&line, &[&scene, &cpu]);
+        let line = format!("{line} --backend gpu --adapter {adapter}");
+        ok(&line, &[&scene, &gpu]);
+        let [cpu, gpu] = [&cpu, &gpu].map(|exr| occlusions(exr));
+        let dark = cpu.iter().filter(|ao| **ao > 0.05).count();
+        assert!(dark > 100, "{dark}");
+        let differences = cpu.iter().zip(&gpu).map(|(a, b)| (a - b).abs());
+        let largest = differences.fold(0.0, f32::max);
+        println!("{mode} {encoding}: {largest:.2e}");
+        assert!(largest <= tolerance, "{mode} {encoding}: {largest}");
+    }
+}
+
+#[test]
+fn a_gpu_renders_pictures_by_grids_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let scene = path("scene.toml");
+    fs::write(&scene, OCCLUDERS.replace("ENCODING", "cone")).unwrap();
+    for (options, out, why) in [
+        (
+            "--mode cone --backend gpu",
+            "a.csv",
+            "leave out --backend gpu",
+        ),
+        ("--mode truth --backend gpu", "a.png", "on the CPU"),
+        (
+            "--mode cone --backend gpu --adapter Voodoo",
+            "a.png",
+            "`Voodoo`",
+        ),
+    ] {
+        let output = run(
+            &format!("render {{}} -o {{}} {options}"),
+            &[&scene, &path(out)],
+        );
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{stderr}");
+        assert!(stderr.contains(why), "{stderr}");
+        assert!(!path(out).exists());
+    }
+    let line = "render {} -o {} --mode cone --adapter x";
+    assert_eq!(run(line, &[&scene, &path("a.png")]).status.code(), Some(2));
+    let Some(adapter) = adapter() else { return };
+    let many = OCCLUDERS.replace("excludes = [7]", "excludes = [1, 2, 3, 4, 5]");
+    fs::write(&scene, many.replace("ENCODING", "cone")).unwrap();
+    let line = format!("render {{}} -o {{}} --mode cone --backend gpu --adapter {adapter}");
+    let error = crate::fails(&line, &[&scene, &path("a.png")]);
+    assert!(
+        error.contains("at most 4") && error.contains("`box`"),
+        "{error}"
+    );
+}

@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
+use anyhow::{bail, ensure};
 use aogrid_baker_cpu::truth::TruthOptions;
+use aogrid_baker_gpu::Choice;
 use clap::ValueEnum;
 
 /// Render a scene: its picture as PNG or EXR, or its receivers as CSV
@@ -38,6 +39,13 @@ pub(crate) struct Args {
     /// Keep only the first N of the scene's occluders
     #[arg(long, value_name = "N")]
     pub occluders: Option<usize>,
+    /// Where grids are looked up: on the CPU, the same on every machine, or in the raster pass of
+    /// a GPU, which makes pictures only
+    #[arg(long, value_enum, default_value_t = BackendArg::Cpu)]
+    pub backend: BackendArg,
+    /// The GPU whose name holds this; see `cargo xtask adapters`
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
     /// Threads to work with [default: as many as there are processors]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
@@ -52,6 +60,13 @@ pub(crate) enum Mode {
     Occlusion,
     /// By the occluders' grids as cones that the receiver's plane clips, multiplied
     Cone,
+}
+
+/// Where grids are looked up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum BackendArg {
+    Cpu,
+    Gpu,
 }
 
 /// What is written.
@@ -91,12 +106,35 @@ impl Args {
         if kind == OutputKind::Csv && self.gbuffer.is_some() {
             bail!("{shown}: a list of receivers has no G-buffer; leave out --gbuffer");
         }
+        if self.backend == BackendArg::Gpu {
+            ensure!(
+                kind != OutputKind::Csv,
+                "{shown}: a GPU shades pictures: leave out --backend gpu for a list"
+            );
+            ensure!(
+                self.mode.iter().any(|&mode| mode != Mode::Truth),
+                "rays are traced on the CPU: leave out --backend gpu"
+            );
+        }
         for (idx, mode) in self.mode.iter().enumerate() {
             if self.mode[..idx].contains(mode) {
                 bail!("mode `{}` is named twice", mode.name());
             }
         }
         Ok(kind)
+    }
+
+    /// The GPU that is asked for, if one is.
+    pub(crate) fn gpu(&self) -> Result<Option<Choice>, clap::Error> {
+        match (self.backend, &self.adapter) {
+            (BackendArg::Cpu, None) => Ok(None),
+            (BackendArg::Cpu, Some(_)) => Err(clap::Error::raw(
+                clap::error::ErrorKind::ArgumentConflict,
+                "--adapter needs --backend gpu\n",
+            )),
+            (BackendArg::Gpu, None) => Ok(Some(Choice::Real)),
+            (BackendArg::Gpu, Some(name)) => Ok(Some(Choice::Named(name.clone()))),
+        }
     }
 
     /// The scene's options where the command line says nothing.

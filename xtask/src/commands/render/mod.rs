@@ -1,18 +1,22 @@
 //! `render`: a scene's picture, or its receivers, shaded in one or more ways.
 
 mod args;
-mod grids;
+mod casters;
 mod output;
+mod raster;
 mod target;
 mod truth;
+mod twin;
 
 use std::cell::RefCell;
 
 use anyhow::{bail, ensure};
 use aogrid_baker_cpu::truth::Environment;
+use aogrid_baker_gpu::Context;
 
 pub(crate) use args::Args;
 use args::{Mode, OutputKind};
+use casters::Model;
 use target::{Shaded, Target};
 
 use crate::commands::bake::use_threads;
@@ -29,6 +33,8 @@ pub(crate) struct Job<'a> {
     pub environment: Option<Environment>,
     /// The grids that some mode has asked for.
     pub grids: RefCell<Grids>,
+    /// Where grids are looked up; on the CPU if there is none.
+    pub gpu: Option<Context>,
     pub console: &'a Console,
 }
 
@@ -44,6 +50,10 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
             dump.display()
         );
     }
+    let gpu = match args.gpu().unwrap_or_else(|usage| usage.exit()) {
+        Some(choice) => Some(Context::new(&choice)?),
+        None => None,
+    };
     use_threads(args.threads)?;
     interrupt::listen();
     let load = LoadOptions {
@@ -61,6 +71,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         target: &target,
         environment,
         grids: RefCell::default(),
+        gpu,
         console,
     };
     let shaded = args.mode.iter().map(|&mode| Ok((mode, shade(mode, &job)?)));
@@ -79,8 +90,15 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
 fn shade(mode: Mode, job: &Job<'_>) -> anyhow::Result<Shaded> {
     match mode {
         Mode::Truth => truth::shade(job),
-        Mode::Occlusion => grids::shade(job, grids::Model::Occlusion),
-        Mode::Cone => grids::shade(job, grids::Model::Cone),
+        Mode::Occlusion => by_grids(job, Model::Occlusion),
+        Mode::Cone => by_grids(job, Model::Cone),
+    }
+}
+
+fn by_grids(job: &Job<'_>, model: Model) -> anyhow::Result<Shaded> {
+    match &job.gpu {
+        Some(gpu) => raster::shade(job, gpu, model),
+        None => twin::shade(job, model),
     }
 }
 

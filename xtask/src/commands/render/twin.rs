@@ -1,0 +1,102 @@
+//! Modes `occlusion` and `cone` on the CPU: the scene's grids, looked up by the runtime's twin and
+//! multiplied (RR-5779, sections 4 and 5.1).
+
+use std::collections::HashMap;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use anyhow::bail;
+use aogrid_bake_core::Progress;
+use aogrid_baker_cpu::truth::Receiver;
+use aogrid_grid_format::Encoding;
+use aogrid_runtime::LinearTexture;
+use aogrid_runtime::shading::{aogrid_cone, aogrid_occlusion, aogrid_occlusion_of_cone};
+use rayon::prelude::*;
+
+use super::casters::{self, Caster, Model, casters, layers};
+use super::{Job, Shaded};
+
+/// Receivers between two looks at the stop button.
+const CHUNK: usize = 4096;
+
+/// A caster and its grid's texture.
+struct Textured<'a> {
+    caster: &'a Caster<'a>,
+    texture: Arc<LinearTexture>,
+}
+
+pub(super) fn shade(job: &Job<'_>, model: Model) -> anyhow::Result<Shaded> {
+    let casters = casters(job, model)?;
+    let mut textures = HashMap::new();
+    let textured = casters.iter().map(|caster| Textured {
+        caster,
+        texture: textures
+            .entry(Arc::as_ptr(&caster.grid))
+            .or_insert_with(|| Arc::new(LinearTexture::of_grid(&caster.grid)))
+            .clone(),
+    });
+    let casters: Vec<_> = textured.collect();
+    let occlusion = occlusions(job, &casters, model)?;
+    Ok(casters::shaded(job, occlusion))
+}
+
+/// 1 minus the product of all transmittances, for each receiver.
+fn occlusions(job: &Job<'_>, casters: &[Textured<'_>], model: Model) -> anyhow::Result<Vec<f32>> {
+    let table = LinearTexture::transmittance_table();
+    let target = job.target;
+    let layers = layers(job);
+    let bar = job.console.progress("look-ups");
+    let total = target.receivers.len();
+    let done = AtomicUsize::new(0);
+    let chunks = target
+        .receivers
+        .par_chunks(CHUNK)
+        .zip(target.ids.par_chunks(CHUNK));
+    let shade = |(receivers, ids): (&[Receiver], &[u32])| {
+        let done = done.fetch_add(receivers.len(), Ordering::Relaxed) + receivers.len();
+        if let ControlFlow::Break(()) = bar.observe(Progress { done, total }) {
+            bail!("interrupted");
+        }
+        let pairs = receivers.iter().zip(ids);
+        let one = |(receiver, &id): (&Receiver, &u32)| {
+            let casting = casters.iter().filter(|c| c.casts_on(id, layers(id)));
+            let product: f32 = casting
+                .map(|caster| caster.transmittance(receiver, id, model, &table))
+                .product();
+            1.0 - product
+        };
+        Ok(pairs.map(one).collect::<Vec<f32>>())
+    };
+    let shaded: anyhow::Result<Vec<Vec<f32>>> = chunks.map(shade).collect();
+    Ok(shaded?.concat())
+}
+
+impl Textured<'_> {
+    fn casts_on(&self, id: u32, layers: u32) -> bool {
+        let instance = self.caster.instance;
+        instance.casts_on & layers != 0 && !instance.excludes.contains(&id)
+    }
+
+    fn transmittance(
+        &self,
+        receiver: &Receiver,
+        id: u32,
+        model: Model,
+        table: &LinearTexture,
+    ) -> f32 {
+        let p = receiver.position.map(|x| x as f32);
+        let n = receiver.normal.map(|x| x as f32);
+        let on_itself = id == self.caster.instance.id;
+        let Caster { occluder, grid, .. } = self.caster;
+        match (model, grid.encoding()) {
+            (Model::Cone, _) => aogrid_cone(occluder, &self.texture, table, p, n),
+            (Model::Occlusion, Encoding::Occlusion) => {
+                aogrid_occlusion(occluder, &self.texture, p, on_itself)
+            }
+            (Model::Occlusion, Encoding::Cone) => {
+                aogrid_occlusion_of_cone(occluder, &self.texture, p, on_itself)
+            }
+        }
+    }
+}
