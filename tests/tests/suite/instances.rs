@@ -5,6 +5,7 @@ use aogrid_bake_core::{Extent, Placement, TriangleMesh};
 use aogrid_grid_format::Grid;
 use aogrid_runtime::Instance;
 use aogrid_tests::{Shaded, exact_options, grid, mesh_of};
+use glam::{Mat4, Quat, Vec3};
 
 /// Columns of a matrix.
 type Transform = [[f32; 4]; 4];
@@ -106,6 +107,64 @@ fn turned_enlarged_and_mirrored_instances_shade_like_a_new_bake() {
         assert!(dark > 3_000);
         assert!(rmse.iter().all(|r| *r <= RMSE), "{name}: {rmse:?}");
     }
+}
+
+/// A turn by 35 degrees around a slanted axis, a reflection and a scale by 0.7.
+fn any_transform() -> Transform {
+    let turn = Quat::from_axis_angle(Vec3::new(1.0, 2.0, -0.5).normalize(), 0.61);
+    let scale = Vec3::new(-0.7, 0.7, 0.7);
+    let there = Vec3::new(0.4, -1.0, 2.0);
+    Mat4::from_scale_rotation_translation(scale, turn, there).to_cols_array_2d()
+}
+
+/// RMSE of AO by cones between `a`, through `m`, and `b`.
+fn rmse(a: &Shaded, b: &Shaded, receivers: &[([f32; 3], [f32; 3])], m: Transform) -> f64 {
+    let square = |(p, n): &([f32; 3], [f32; 3])| {
+        let p = apply(m, *p, 1.0);
+        let n = Vec3::from(apply(m, *n, 0.0)).normalize().to_array();
+        f64::from(a.cone(p, n) - b.cone(p, n)).powi(2)
+    };
+    let sum: f64 = receivers.iter().map(square).sum();
+    (sum / receivers.len() as f64).sqrt()
+}
+
+/// How much more an instance that is turned any way may differ from a new bake, whose cells lie
+/// askew in it, than two bakes of the unturned mesh whose cells lie differently.
+const AS_GRIDS_DO: f64 = 1.25;
+
+#[test]
+fn an_instance_turned_any_way_differs_from_a_new_bake_no_more_than_grids_do() {
+    let mesh = Sample::LShape.mesh(None).unwrap();
+    let options = exact_options();
+    let baked = grid(&mesh, &Placement::default(), &options);
+    let m = any_transform();
+    let receivers = receivers(&baked);
+    // Every corner of the turned box, and so every receiver, is in the new one.
+    let [x, y, z] = baked.spec().half_extents();
+    let half_extents = [0.7 * Vec3::new(x, y, z).length(); 3];
+    let around = |extent| Placement {
+        extent,
+        ..Placement::default()
+    };
+    let anew = transformed(&mesh, m);
+    let anew = grid(&anew, &around(Extent::HalfExtents(half_extents)), &options);
+    let turned = rmse(
+        &Shaded::new(&baked, &Instance::at(m)),
+        &Shaded::in_object_space(&anew),
+        &receivers,
+        m,
+    );
+    let wide = half_extents.map(|half| half / 0.7);
+    let other = grid(&mesh, &around(Extent::HalfExtents(wide)), &options);
+    let identity = Mat4::IDENTITY.to_cols_array_2d();
+    let unturned = rmse(
+        &Shaded::in_object_space(&baked),
+        &Shaded::in_object_space(&other),
+        &receivers,
+        identity,
+    );
+    println!("turned {turned:.4}, unturned {unturned:.4}");
+    assert!(turned <= AS_GRIDS_DO * unturned, "{turned} {unturned}");
 }
 
 /// Ratios of a non-uniform scale, and the RMSE that they may cost: twice what was measured, so
