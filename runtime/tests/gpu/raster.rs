@@ -9,7 +9,9 @@ use glam::{Mat4, Vec3};
 
 use crate::gpu::{Gpu, gpu, gpu_with};
 use crate::grids::{ball, faded_ball};
-use crate::scene::{GBuffer, SIZE, gbuffer, orthographic, perspective, places, reversed, surfaces};
+use crate::scene::{
+    GBuffer, SIZE, Shape, Surface, gbuffer, orthographic, perspective, places, reversed, surfaces,
+};
 
 /// What one occluder may differ by on a float grid and a 32-bit float target: a handful of
 /// roundings in positions of a few units, which T_clip steepens fourfold.
@@ -428,20 +430,44 @@ fn what_does_not_fit_is_refused() {
     assert_eq!(prepare(flat), PrepareError::Camera);
 }
 
+/// A ball close behind a wall that faces the camera (JGT, 3.2).
+fn behind_a_wall() -> Scene {
+    let eye = view::look_at_mat4(Vec3::new(0.0, 0.0, 3.0), Vec3::ZERO, Vec3::Y);
+    let aspect = SIZE[0] as f32 / SIZE[1] as f32;
+    let camera = proj::directx::perspective(0.6, aspect, 0.1, 50.0) * eye;
+    let wall = Surface {
+        shape: Shape::Plane {
+            point: Vec3::ZERO,
+            normal: Vec3::Z,
+        },
+        object_id: 1,
+        layers: 1,
+    };
+    let place = Mat4::from_translation(Vec3::new(0.0, 0.0, -0.6));
+    Scene {
+        buffer: gbuffer(camera, &[wall]),
+        instances: vec![Instance::at(place.to_cols_array_2d())],
+        ..Scene::new(camera, faded())
+    }
+}
+
 #[test]
-fn a_wall_between_stops_cones_and_lets_occlusion_alone_through() {
-    // A ball touches a wall's far side; the receiver, on the near side, faces away from it.
-    let grid = ball(Encoding::Cone, TexelFormat::F16);
-    let (texture, table) = (
-        LinearTexture::of_grid(&grid),
-        LinearTexture::transmittance_table(),
-    );
-    let place = Instance::at(Mat4::from_translation(Vec3::new(0.0, 0.0, -0.6)).to_cols_array_2d());
-    let occluder = AogridOccluder::new(grid.spec(), grid.format(), &place).unwrap();
-    let (receiver, normal) = ([0.0, 0.0, 0.1], [0.0, 0.0, 1.0]);
-    let leaks = aogrid_occlusion_of_cone(&occluder, &texture, receiver, false);
+fn through_a_wall_occlusion_alone_leaks_and_cones_do_not() {
+    let Some(gpu) = gpu() else { return };
+    let scene = behind_a_wall();
+    let shade = |mode| {
+        scene.transmittances(
+            &gpu,
+            OcclusionPassDescriptor {
+                mode,
+                ..descriptor()
+            },
+        )
+    };
+    let darkest = |t: &[f32]| t.iter().copied().fold(1.0, f32::min);
+    let leaks = darkest(&shade(Mode::Occlusion));
     assert!(leaks < 0.8, "{leaks}");
-    // The cone lies wholly behind the tangent plane; halves round 1 - 0 to 1.
-    let stops = aogrid_cone(&occluder, &texture, &table, receiver, normal);
-    assert_eq!(stops, 1.0);
+    // The cones lie wholly behind the tangent plane.
+    let stops = darkest(&shade(Mode::Cone));
+    assert!(stops >= 1.0 - PER_OCCLUDER, "{stops}");
 }
