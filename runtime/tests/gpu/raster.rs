@@ -349,6 +349,7 @@ fn many_occluders_need_a_target_wider_than_eight_bits() {
         })
         .collect();
     let expected = scene.twin(Mode::Cone);
+    let floats = worst(&scene.transmittances(&gpu, descriptor()), &expected);
     let halves = OcclusionPassDescriptor {
         target: wgpu::TextureFormat::R16Float,
         ..descriptor()
@@ -371,7 +372,10 @@ fn many_occluders_need_a_target_wider_than_eight_bits() {
         .step_by(4)
         .map(|b| f32::from(*b) / 255.0)
         .collect();
-    assert!(worst(&bytes, &expected) > 1.5 * drift);
+    let bytes = worst(&bytes, &expected);
+    println!("off by {floats:.1e} in floats, {drift:.3} in halves, {bytes:.3} in bytes");
+    assert!(bytes > 1.5 * drift);
+    assert!(floats <= 40.0 * PER_OCCLUDER);
 }
 
 #[test]
