@@ -47,17 +47,18 @@ pub mod shading;
 pub mod tables;
 pub mod wgsl;
 
+mod boxes;
+mod frame;
 mod grid_texture;
 mod linear_texture;
 mod occluder;
 mod occlusion_pass;
 
+pub use boxes::DepthTest;
+pub use frame::{Frame, Normals, Positions, PrepareError, Receivers};
 pub use grid_texture::{GridTexture, GridTextureError};
 pub use linear_texture::LinearTexture;
 pub use occluder::{AogridOccluder, Instance, InstanceError};
-pub use occlusion_pass::{
-    DepthTest, Frame, Mode, Normals, OcclusionPass, OcclusionPassDescriptor, Output, PassError,
-    Positions, PrepareError, Receivers,
-};
+pub use occlusion_pass::{Mode, OcclusionPass, OcclusionPassDescriptor, Output, PassError};
 pub use wgpu;
 pub use wgsl::AOGRID_NO_OBJECT;

@@ -14,6 +14,8 @@ pub const SHADING: &str = concat!(include_str!("constants.wgsl"), include_str!("
 pub const OCCLUSION_PASS: &str = concat!(
     include_str!("constants.wgsl"),
     include_str!("shading.wgsl"),
+    include_str!("frame/frame.wgsl"),
+    include_str!("boxes/boxes.wgsl"),
     include_str!("occlusion_pass/occlusion_pass.wgsl")
 );
 

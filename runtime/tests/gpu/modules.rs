@@ -50,7 +50,7 @@ fn no_shader_file_is_left_out() {
             }
         }
     }
-    assert_eq!(found, 3);
+    assert_eq!(found, 5);
 }
 
 #[test]
