@@ -45,7 +45,9 @@ impl GridTexture {
         label: &str,
     ) -> Result<Self, GridTextureError> {
         check(device, grid)?;
-        let texture = upload(device, queue, grid, label);
+        let format = texture_format(grid.encoding(), grid.format());
+        let texture = create(device, grid.spec().resolution(), format, label);
+        write(queue, &texture, grid, [0; 3]);
         let view = texture.create_view(&wgpu::TextureViewDescriptor {
             label: Some(label),
             ..Default::default()
@@ -110,7 +112,8 @@ pub(crate) fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     })
 }
 
-fn check(device: &wgpu::Device, grid: &Grid) -> Result<(), GridTextureError> {
+/// Refuses what the device cannot hold or filter.
+pub(crate) fn check(device: &wgpu::Device, grid: &Grid) -> Result<(), GridTextureError> {
     let can_filter = wgpu::Features::FLOAT32_FILTERABLE;
     if grid.format() == TexelFormat::F32 && !device.features().contains(can_filter) {
         return Err(GridTextureError::Float32);
@@ -123,34 +126,55 @@ fn check(device: &wgpu::Device, grid: &Grid) -> Result<(), GridTextureError> {
     Ok(())
 }
 
-fn upload(device: &wgpu::Device, queue: &wgpu::Queue, grid: &Grid, label: &str) -> wgpu::Texture {
-    let [width, height, depth_or_array_layers] = grid.spec().resolution();
-    let size = wgpu::Extent3d {
-        width,
-        height,
-        depth_or_array_layers,
-    };
-    let texture = device.create_texture(&wgpu::TextureDescriptor {
+/// An empty texture for grids.
+pub(crate) fn create(
+    device: &wgpu::Device,
+    size: [u32; 3],
+    format: wgpu::TextureFormat,
+    label: &str,
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
-        size,
+        size: extent(size),
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D3,
-        format: texture_format(grid.encoding(), grid.format()),
+        format,
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
-    });
+    })
+}
+
+/// Writes the cells of a grid into a texture, from texel `origin` on.
+pub(crate) fn write(
+    queue: &wgpu::Queue,
+    texture: &wgpu::Texture,
+    grid: &Grid,
+    [x, y, z]: [u32; 3],
+) {
+    let [width, height, depth] = grid.spec().resolution();
+    let place = wgpu::TexelCopyTextureInfo {
+        origin: wgpu::Origin3d { x, y, z },
+        ..texture.as_image_copy()
+    };
     let layout = wgpu::TexelCopyBufferLayout {
         offset: 0,
         bytes_per_row: Some(width * grid.texel_bytes() as u32),
         rows_per_image: Some(height),
     };
-    queue.write_texture(texture.as_image_copy(), grid.texels(), layout, size);
-    texture
+    queue.write_texture(place, grid.texels(), layout, extent([width, height, depth]));
+}
+
+fn extent([width, height, depth_or_array_layers]: [u32; 3]) -> wgpu::Extent3d {
+    wgpu::Extent3d {
+        width,
+        height,
+        depth_or_array_layers,
+    }
 }
 
 /// The texture format of a grid: never sRGB, the texels are data.
-fn texture_format(encoding: Encoding, format: TexelFormat) -> wgpu::TextureFormat {
+pub(crate) fn texture_format(encoding: Encoding, format: TexelFormat) -> wgpu::TextureFormat {
     use wgpu::TextureFormat as F;
     match (encoding, format) {
         (Encoding::Occlusion, TexelFormat::Unorm8) => F::R8Unorm,

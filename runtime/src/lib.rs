@@ -49,16 +49,25 @@ pub mod wgsl;
 
 mod boxes;
 mod frame;
+mod grid_atlas;
 mod grid_texture;
 mod linear_texture;
+mod merge_pass;
 mod occluder;
 mod occlusion_pass;
+mod tiled_pass;
 
 pub use boxes::DepthTest;
 pub use frame::{Frame, Normals, Positions, PrepareError, Receivers};
+pub use grid_atlas::{GridAtlas, GridAtlasError};
 pub use grid_texture::{GridTexture, GridTextureError};
 pub use linear_texture::LinearTexture;
+pub use merge_pass::{MergePass, MergePassDescriptor};
 pub use occluder::{AogridOccluder, Instance, InstanceError};
 pub use occlusion_pass::{Mode, OcclusionPass, OcclusionPassDescriptor, Output, PassError};
+pub use tiled_pass::{
+    AogridAtlasOccluder, AogridTiles, Combine, TileLists, TiledFrame, TiledPass,
+    TiledPassDescriptor,
+};
 pub use wgpu;
-pub use wgsl::AOGRID_NO_OBJECT;
+pub use wgsl::{AOGRID_LIST_OF_ANYTHING, AOGRID_LIST_OF_RECEIVERS, AOGRID_NO_OBJECT, AOGRID_TILE};

@@ -1,7 +1,7 @@
 //! Textures on the CPU, with the filter of a linear, clamped sampler: what the twin reads.
 
 use aogrid_grid_format::{Grid, TexelFormat};
-use aogrid_tables::{ClipTable, Format};
+use aogrid_tables::{ClipTable, Format, MergeTable};
 use half::f16;
 
 /// A texture as a shader reads it: channels that are stored, then 0, 0 and 1.
@@ -31,12 +31,22 @@ impl LinearTexture {
 
     /// T_clip as transmittance, 1 − AO, in one channel: what the multiplying passes look up.
     pub fn transmittance_table() -> Self {
-        Self::table(&aogrid_tables::transmittance_texels(Format::F16), 1)
+        Self::table(
+            clip_size(),
+            &aogrid_tables::transmittance_texels(Format::F16),
+            1,
+        )
     }
 
     /// The whole T_clip: AO, a′, f, 1.
     pub fn clip_table() -> Self {
-        Self::table(aogrid_tables::clip_texels(Format::F16), 4)
+        Self::table(clip_size(), aogrid_tables::clip_texels(Format::F16), 4)
+    }
+
+    /// What T_merge takes off: the fraction that two cones share.
+    pub fn intersection_table() -> Self {
+        let texels = aogrid_tables::intersection_texels(Format::F16);
+        Self::table(MergeTable::SIZE, &texels, 1)
     }
 
     /// Linear filtering at normalised coordinates, clamped to the edge. z of a 2D texture: 0.5.
@@ -46,17 +56,21 @@ impl LinearTexture {
         z.mix(|z| y.mix(|y| row(y, z)))
     }
 
-    fn table(f16_texels: &[u8], channels: usize) -> Self {
-        let [width, height] = ClipTable::SIZE;
+    fn table(size: [usize; 3], f16_texels: &[u8], channels: usize) -> Self {
         let values: Vec<f32> = f16_texels
             .chunks_exact(2)
             .map(|bytes| channel(TexelFormat::F16, bytes))
             .collect();
         Self {
-            size: [width, height, 1],
+            size,
             texels: values.chunks_exact(channels).map(texel).collect(),
         }
     }
+}
+
+fn clip_size() -> [usize; 3] {
+    let [width, height] = ClipTable::SIZE;
+    [width, height, 1]
 }
 
 /// A stored channel as a shader reads it.

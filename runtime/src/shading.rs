@@ -6,9 +6,11 @@
 
 use crate::wgsl::{
     AOGRID_AXIS_GUARD, AOGRID_CLIP_COS_OFFSET, AOGRID_CLIP_COS_SCALE, AOGRID_CLIP_FRACTION_OFFSET,
-    AOGRID_CLIP_FRACTION_SCALE, AOGRID_PI, AOGRID_RIM_GUARD,
+    AOGRID_CLIP_FRACTION_SCALE, AOGRID_MERGE_ANGLE_OFFSET, AOGRID_MERGE_ANGLE_SCALE,
+    AOGRID_MERGE_FRACTION_OFFSET, AOGRID_MERGE_FRACTION_SCALE, AOGRID_PI, AOGRID_RIM_GUARD,
+    AOGRID_TILE,
 };
-use crate::{AogridOccluder, LinearTexture};
+use crate::{AogridAtlasOccluder, AogridOccluder, AogridTiles, LinearTexture};
 
 // ---- One call per occluder --------------------------------------------------------------------
 
@@ -24,6 +26,26 @@ pub fn aogrid_cone(
     let p_grid = aogrid_grid_position(occluder, position);
     let t = aogrid_cone_at(occluder, grid, table, p_grid, normal);
     if aogrid_is_inside(p_grid) { t } else { 1.0 }
+}
+
+/// `before`, merged with a cone grid (RR-5779, 5.2.2): for objects that overlap as seen from the
+/// receiver. Begin with \[0, 0, 0, 1\]; the last w is the transmittance. From three occluders on
+/// their order matters: keep it. `clip` is the whole T_clip, `overlaps` what T_merge takes off.
+pub fn aogrid_merge_cone(
+    before: [f32; 4],
+    occluder: &AogridOccluder,
+    grid: &LinearTexture,
+    clip: &LinearTexture,
+    overlaps: &LinearTexture,
+    position: [f32; 3],
+    normal: [f32; 3],
+) -> [f32; 4] {
+    let p_grid = aogrid_grid_position(occluder, position);
+    if !aogrid_is_inside(p_grid) {
+        return before;
+    }
+    let one = aogrid_cone_with_axis_at(occluder, grid, clip, p_grid, normal);
+    aogrid_merge(before, one, overlaps)
 }
 
 /// [`aogrid_cone`] for a grid whose outer cells are all open, as after either boundary treatment:
@@ -201,6 +223,65 @@ pub fn aogrid_cone_with_axis_at(
 /// The occluder's strength: 1 − strength · AO.
 pub fn aogrid_strengthen(occluder: &AogridOccluder, transmittance: f32) -> f32 {
     transmittance * occluder.strength + occluder.weakness
+}
+
+// ---- Several occluders --------------------------------------------------------------------------
+//
+// What several occluders leave, and what each of them adds, is four floats: at last the
+// transmittance 1 − AO, before it the sum of all (AO/2) d′. Nothing is [0, 0, 0, 1].
+
+/// Occluders that hide each other no more than chance has it (RR-5779, 5.2.1).
+pub fn aogrid_multiply(before: [f32; 4], one: [f32; 4]) -> [f32; 4] {
+    let [x, y, z] = std::array::from_fn(|c| before[c] + one[c]);
+    [x, y, z, before[3] * one[3]]
+}
+
+/// Occluders as cones around their axes: AO = 2 T_merge(AO₁/2, AO₂/2, γ), which is AO₁ + AO₂ less
+/// twice what both cones cover, from `overlaps` (RR-5779, 5.2.2; JGT supplement).
+pub fn aogrid_merge(before: [f32; 4], one: [f32; 4], overlaps: &LinearTexture) -> [f32; 4] {
+    let both = overlaps.sample(aogrid_merge_coordinate(before, one))[0];
+    let t = 2.0 * both + (before[3] + (one[3] - 1.0));
+    let [x, y, z] = std::array::from_fn(|c| before[c] + one[c]);
+    [x, y, z, t.max(0.0)]
+}
+
+/// Where T_merge is looked up. Without an axis, γ is a right angle.
+pub fn aogrid_merge_coordinate(before: [f32; 4], one: [f32; 4]) -> [f32; 3] {
+    let [d1, d2] = [before, one].map(|[x, y, z, _]| [x, y, z]);
+    let cos_gamma = aogrid_cos_beta(d1, d2) * aogrid_inverse_length(d2);
+    let gamma = cos_gamma.clamp(-1.0, 1.0).acos();
+    [
+        before[3] * AOGRID_MERGE_FRACTION_SCALE + AOGRID_MERGE_FRACTION_OFFSET,
+        one[3] * AOGRID_MERGE_FRACTION_SCALE + AOGRID_MERGE_FRACTION_OFFSET,
+        gamma * AOGRID_MERGE_ANGLE_SCALE + AOGRID_MERGE_ANGLE_OFFSET,
+    ]
+}
+
+// ---- Occluders in tiles ------------------------------------------------------------------------
+
+/// Where a position in the grid's box is looked up in an atlas. It stays between the centres of the
+/// grid's own cells: linear filtering never reaches a neighbour.
+pub fn aogrid_atlas_position(occluder: &AogridAtlasOccluder, p_grid: [f32; 3]) -> [f32; 3] {
+    std::array::from_fn(|x| {
+        let half_cell = occluder.half_cell[x];
+        let own = p_grid[x].clamp(half_cell, 1.0 - half_cell);
+        own * occluder.atlas_scale[x] + occluder.atlas_offset[x]
+    })
+}
+
+/// The first word of a list of the tile that a pixel lies in. `list`:
+/// [`AOGRID_LIST_OF_RECEIVERS`](crate::AOGRID_LIST_OF_RECEIVERS) or
+/// [`AOGRID_LIST_OF_ANYTHING`](crate::AOGRID_LIST_OF_ANYTHING). There are `tiles.words` of them, one
+/// bit an occluder.
+pub fn aogrid_first_word(tiles: &AogridTiles, pixel: [u32; 2], list: u32) -> u32 {
+    let tile = pixel.map(|x| x / AOGRID_TILE);
+    let tiles_per_row = tiles.size[0].div_ceil(AOGRID_TILE);
+    ((tile[1] * tiles_per_row + tile[0]) * 2 + list) * tiles.words
+}
+
+/// The first occluder of word `word` of a list; go on with bits & (bits − 1) until that is 0.
+pub fn aogrid_listed_occluder(word: u32, bits: u32) -> u32 {
+    32 * word + bits.trailing_zeros()
 }
 
 // ---- Positions from depth ----------------------------------------------------------------------

@@ -6,7 +6,7 @@
 //     aogrid_cone, aogrid_cone_faded, aogrid_occlusion, aogrid_occlusion_of_cone
 //
 // per occluder. Each returns a transmittance, 1 - AO: multiply them together, and multiply
-// ambient light, and only ambient light, by the product. Textures are sampled with a linear,
+// ambient light, and only ambient light, by the product. Or let aogrid_merge_cone unite cones. Textures are sampled with a linear,
 // clamped sampler. The CPU twin, `shading.rs`, has the same functions under the same names.
 
 /// One occluder, in a uniform or storage buffer: 128 bytes. Rust: `AogridOccluder::new`.
@@ -32,6 +32,28 @@ struct AogridOccluder {
     weakness: f32,
 }
 
+/// An occluder whose grid is a part of an atlas, in a storage buffer: 192 bytes. Rust:
+/// `AogridAtlasOccluder`.
+struct AogridAtlasOccluder {
+    occluder: AogridOccluder,
+    /// Half a cell, in [0,1]^3 of the grid's box; w is unused, here and below.
+    half_cell: vec4f,
+    /// The atlas's coordinates are scale * position + offset.
+    atlas_scale: vec4f,
+    atlas_offset: vec4f,
+    /// The pixels that its box covers: least x and y, largest x and y.
+    pixels: vec4f,
+}
+
+/// What the lists of the tiled pass cover, in a uniform: 16 bytes.
+struct AogridTiles {
+    /// Pixels.
+    size: vec2u,
+    /// Words of 32 occluders in a list.
+    words: u32,
+    occluders: u32,
+}
+
 // ---- One call per occluder --------------------------------------------------------------------
 
 /// Transmittance of a cone grid at a receiver in world space; 1 outside the grid's box. `normal`
@@ -41,6 +63,20 @@ fn aogrid_cone(occluder: AogridOccluder, grid: texture_3d<f32>, table: texture_2
     let p_grid = aogrid_grid_position(occluder, position);
     let t = aogrid_cone_at(occluder, grid, table, linear_clamp, p_grid, normal);
     return select(1.0, t, aogrid_is_inside(p_grid));
+}
+
+/// `before`, merged with a cone grid (RR-5779, 5.2.2): for objects that overlap as seen from the
+/// receiver. Begin with vec4f(0, 0, 0, 1); the last w is the transmittance. From three occluders on
+/// their order matters: keep it. `clip` is the whole T_clip, `overlaps` what T_merge takes off.
+fn aogrid_merge_cone(before: vec4f, occluder: AogridOccluder, grid: texture_3d<f32>,
+                     clip: texture_2d<f32>, overlaps: texture_3d<f32>, linear_clamp: sampler,
+                     position: vec3f, normal: vec3f) -> vec4f {
+    let p_grid = aogrid_grid_position(occluder, position);
+    if !aogrid_is_inside(p_grid) {
+        return before;
+    }
+    let one = aogrid_cone_with_axis_at(occluder, grid, clip, linear_clamp, p_grid, normal);
+    return aogrid_merge(before, one, overlaps, linear_clamp);
 }
 
 /// `aogrid_cone` for a grid whose outer cells are all open, as after either boundary treatment:
@@ -188,6 +224,60 @@ fn aogrid_cone_with_axis_at(occluder: AogridOccluder, grid: texture_3d<f32>,
 /// The occluder's strength: 1 - strength * AO.
 fn aogrid_strengthen(occluder: AogridOccluder, transmittance: f32) -> f32 {
     return fma(transmittance, occluder.strength, occluder.weakness);
+}
+
+// ---- Several occluders --------------------------------------------------------------------------
+//
+// What several occluders leave, and what each of them adds, is a vec4f: in w the transmittance
+// 1 - AO, in xyz the sum of all (AO/2) d'. Nothing is vec4f(0, 0, 0, 1).
+
+/// Occluders that hide each other no more than chance has it (RR-5779, 5.2.1).
+fn aogrid_multiply(before: vec4f, one: vec4f) -> vec4f {
+    return vec4f(before.xyz + one.xyz, before.w * one.w);
+}
+
+/// Occluders as cones around their axes: AO = 2 T_merge(AO1/2, AO2/2, gamma), which is
+/// AO1 + AO2 less twice what both cones cover, from `overlaps` (RR-5779, 5.2.2; JGT supplement).
+fn aogrid_merge(before: vec4f, one: vec4f, overlaps: texture_3d<f32>,
+                linear_clamp: sampler) -> vec4f {
+    let coordinate = aogrid_merge_coordinate(before, one);
+    let both = textureSampleLevel(overlaps, linear_clamp, coordinate, 0.0).r;
+    let t = fma(2.0, both, before.w + (one.w - 1.0));
+    return vec4f(before.xyz + one.xyz, max(t, 0.0));
+}
+
+/// Where T_merge is looked up. Without an axis, gamma is a right angle.
+fn aogrid_merge_coordinate(before: vec4f, one: vec4f) -> vec3f {
+    let cos_gamma = aogrid_cos_beta(before.xyz, one.xyz) * aogrid_inverse_length(one.xyz);
+    let gamma = acos(clamp(cos_gamma, -1.0, 1.0));
+    return vec3f(
+        fma(before.w, AOGRID_MERGE_FRACTION_SCALE, AOGRID_MERGE_FRACTION_OFFSET),
+        fma(one.w, AOGRID_MERGE_FRACTION_SCALE, AOGRID_MERGE_FRACTION_OFFSET),
+        fma(gamma, AOGRID_MERGE_ANGLE_SCALE, AOGRID_MERGE_ANGLE_OFFSET),
+    );
+}
+
+// ---- Occluders in tiles ------------------------------------------------------------------------
+
+/// Where a position in the grid's box is looked up in an atlas. It stays between the centres of the
+/// grid's own cells: linear filtering never reaches a neighbour.
+fn aogrid_atlas_position(occluder: AogridAtlasOccluder, p_grid: vec3f) -> vec3f {
+    let half_cell = occluder.half_cell.xyz;
+    let own = clamp(p_grid, half_cell, 1.0 - half_cell);
+    return fma(own, occluder.atlas_scale.xyz, occluder.atlas_offset.xyz);
+}
+
+/// The first word of a list of the tile that a pixel lies in. `list`: AOGRID_LIST_OF_RECEIVERS or
+/// AOGRID_LIST_OF_ANYTHING. There are `tiles.words` of them, one bit an occluder.
+fn aogrid_first_word(tiles: AogridTiles, pixel: vec2u, list: u32) -> u32 {
+    let tile = pixel / AOGRID_TILE;
+    let tiles_per_row = (tiles.size.x + AOGRID_TILE - 1u) / AOGRID_TILE;
+    return ((tile.y * tiles_per_row + tile.x) * 2u + list) * tiles.words;
+}
+
+/// The first occluder of word `word` of a list; go on with bits & (bits - 1) until that is 0.
+fn aogrid_listed_occluder(word: u32, bits: u32) -> u32 {
+    return 32u * word + firstTrailingBit(bits);
 }
 
 // ---- Positions from depth ----------------------------------------------------------------------

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use aogrid_tables::ClipTable;
+use aogrid_tables::{ClipTable, MergeTable};
 
 /// The shading library: constants, then functions. Paste it in front of a shader of your own; it
 /// holds pure functions and one struct, all with the prefix `aogrid`, no bindings, no entry points
@@ -19,9 +19,53 @@ pub const OCCLUSION_PASS: &str = concat!(
     include_str!("occlusion_pass/occlusion_pass.wgsl")
 );
 
+/// The merging raster pass, likewise: what [`MergePass`](crate::MergePass) compiles.
+pub const MERGE_PASS: &str = concat!(
+    include_str!("constants.wgsl"),
+    include_str!("shading.wgsl"),
+    include_str!("frame/frame.wgsl"),
+    include_str!("boxes/boxes.wgsl"),
+    include_str!("merge_pass/merge_pass.wgsl")
+);
+
+/// The tiled pass, likewise: what [`TiledPass`](crate::TiledPass) compiles for a target whose format
+/// has this name in WGSL.
+pub fn tiled_pass(format: &str) -> String {
+    let target = format!(
+        "/// Written once a pixel.\n@group(1) @binding(5) \
+         var target_image: texture_storage_2d<{format}, write>;\n"
+    );
+    let parts = [
+        SHADING,
+        include_str!("frame/frame.wgsl"),
+        include_str!("tiled_pass/tiled_pass.wgsl"),
+        &target,
+    ];
+    parts.concat()
+}
+
+/// What a forward or transparent shader reads the lists of a [`TiledPass`](crate::TiledPass) with:
+/// bindings in bind group `group`, which [`TiledPass::lists`](crate::TiledPass::lists) makes, and the
+/// functions `aogrid_multiply_listed` and `aogrid_merge_listed`. Behind [`SHADING`].
+pub fn tile_lists(group: u32) -> String {
+    include_str!("tiled_pass/tile_lists.wgsl").replace("GROUP", &group.to_string())
+}
+
 /// The id of no object: an occluder without an id, an unused place of
 /// [`Instance::excluded`](crate::Instance::excluded). No receiver may have it.
 pub const AOGRID_NO_OBJECT: u32 = u32::MAX;
+
+/// Pixels along a tile's side.
+pub const AOGRID_TILE: u32 = 16;
+
+/// The most words of 32 occluders that a tile has room for.
+pub(crate) const AOGRID_TILE_WORDS: u32 = 128;
+
+/// The list of what may shade the receivers that the G-buffer shows.
+pub const AOGRID_LIST_OF_RECEIVERS: u32 = 0;
+
+/// The list of what may shade anything else that is seen in a tile, at any depth.
+pub const AOGRID_LIST_OF_ANYTHING: u32 = 1;
 
 /// Squared length below which an axis is rounding and counts as none. A stored axis shorter than
 /// an 8-bit step, 1/127, says nothing; rounding in the decoding is 1e-7; this is 1e-4.
@@ -38,6 +82,13 @@ pub(crate) const AOGRID_CLIP_FRACTION_OFFSET: f32 = 0.5 / ClipTable::SIZE[0] as 
 pub(crate) const AOGRID_CLIP_COS_SCALE: f32 = 0.5 * scale(ClipTable::SIZE[1]);
 /// ½ (N − 1)/N + ½/N.
 pub(crate) const AOGRID_CLIP_COS_OFFSET: f32 = 0.5;
+
+pub(crate) const AOGRID_MERGE_FRACTION_SCALE: f32 = -0.5 * scale(MergeTable::SIZE[0]);
+/// The transmittance 1 is the fraction 0.
+pub(crate) const AOGRID_MERGE_FRACTION_OFFSET: f32 =
+    0.5 * scale(MergeTable::SIZE[0]) + 0.5 / MergeTable::SIZE[0] as f32;
+pub(crate) const AOGRID_MERGE_ANGLE_SCALE: f32 = scale(MergeTable::SIZE[2]) / AOGRID_PI;
+pub(crate) const AOGRID_MERGE_ANGLE_OFFSET: f32 = 0.5 / MergeTable::SIZE[2] as f32;
 
 const fn scale(nodes: usize) -> f32 {
     (nodes - 1) as f32 / nodes as f32
@@ -78,6 +129,24 @@ pub fn constants() -> String {
         ],
     );
     say(
+        "The same for T_merge: fractions AO/2 with 1 - AO as the argument, and gamma / pi with gamma.",
+        &[
+            (
+                "AOGRID_MERGE_FRACTION_SCALE",
+                float(AOGRID_MERGE_FRACTION_SCALE),
+            ),
+            (
+                "AOGRID_MERGE_FRACTION_OFFSET",
+                float(AOGRID_MERGE_FRACTION_OFFSET),
+            ),
+            ("AOGRID_MERGE_ANGLE_SCALE", float(AOGRID_MERGE_ANGLE_SCALE)),
+            (
+                "AOGRID_MERGE_ANGLE_OFFSET",
+                float(AOGRID_MERGE_ANGLE_OFFSET),
+            ),
+        ],
+    );
+    say(
         "Squared length below which an axis is rounding and counts as none.",
         &[("AOGRID_AXIS_GUARD", float(AOGRID_AXIS_GUARD))],
     );
@@ -88,6 +157,21 @@ pub fn constants() -> String {
     say(
         "The id of no object.",
         &[("AOGRID_NO_OBJECT", format!("{AOGRID_NO_OBJECT}u"))],
+    );
+    say(
+        "Pixels along a tile's side, words of 32 occluders that a tile has room for, its lists.",
+        &[
+            ("AOGRID_TILE", format!("{AOGRID_TILE}u")),
+            ("AOGRID_TILE_WORDS", format!("{AOGRID_TILE_WORDS}u")),
+            (
+                "AOGRID_LIST_OF_RECEIVERS",
+                format!("{AOGRID_LIST_OF_RECEIVERS}u"),
+            ),
+            (
+                "AOGRID_LIST_OF_ANYTHING",
+                format!("{AOGRID_LIST_OF_ANYTHING}u"),
+            ),
+        ],
     );
     say("", &[("AOGRID_PI", float(AOGRID_PI))]);
     text
@@ -104,6 +188,27 @@ mod tests {
             constants(),
             "paste it from here"
         );
+    }
+
+    #[test]
+    fn merge_look_ups_go_where_the_table_puts_its_nodes() {
+        let [a1, a2, angle] = MergeTable::SIZE;
+        for (first, second, gamma) in [(0.0, 0.0, 0.0), (0.3, 1.0, 1.0), (1.0, 0.6, AOGRID_PI)] {
+            // Axes of unit length, as though occlusion were 2.
+            let (sin, cos) = f32::sin_cos(gamma);
+            let one = [0.0, 0.0, 1.0, 1.0 - first];
+            let other = [sin, 0.0, cos, 1.0 - second];
+            let found = crate::shading::aogrid_merge_coordinate(one, other);
+            let expected = [
+                aogrid_tables::texture_coordinate(first / 2.0, a1),
+                aogrid_tables::texture_coordinate(second / 2.0, a2),
+                aogrid_tables::texture_coordinate(gamma / AOGRID_PI, angle),
+            ];
+            for (found, expected) in found.iter().zip(expected) {
+                // A rounding of cos gamma, 6e-8, is an angle of 3.5e-4 at 0 and pi.
+                assert!((found - expected).abs() < 2e-4, "{found} {expected}");
+            }
+        }
     }
 
     #[test]

@@ -41,6 +41,17 @@ pub fn merge_texels(format: Format) -> &'static [u8] {
     }
 }
 
+/// The fraction I(a1, a2, γ) that both cones cover, a1 + a2 − `T_merge`: what a renderer that keeps
+/// a running sum takes from it. [`MergeTable::SIZE`] texels, x fastest, tightly packed,
+/// little-endian; one channel (`r16float` or `r8unorm`).
+///
+/// What is linear in a1 and a2, all of the union where cones are apart, then passes by the
+/// texture, its rounding and the few bits of its filter: together with no cone at all a cone stays
+/// exactly as it is.
+pub fn intersection_texels(format: Format) -> Vec<u8> {
+    format.encode(MergeTable::committed().intersections())
+}
+
 /// A file of `tables/src/generated`, as it should be.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GeneratedFile {

@@ -52,7 +52,8 @@
 //! # Practice
 //!
 //! * [`clip_texels`], [`merge_texels`]: the committed tables as a renderer uploads them.
-//!   [`transmittance_texels`]: of `T_clip`, only what multiplying occlusion needs.
+//!   [`transmittance_texels`]: of `T_clip`, only what multiplying occlusion needs;
+//!   [`intersection_texels`]: of `T_merge`, what both cones cover, which a running sum takes off.
 //! * [`texture_coordinate`]: where a shader looks up, because the nodes lie at the ends of the axes.
 //! * [`ClipTable`], [`MergeTable`]: the tables on the CPU, with a look-up as a GPU filters. They can
 //!   be made in any size, row by row; [`generated_files`] has what is committed of them.
@@ -106,7 +107,8 @@ pub use clip::Clip;
 pub use errors::{ErrorRow, Measured, error_report};
 pub use format::Format;
 pub use generated::{
-    GeneratedFile, clip_texels, generated_files, merge_texels, transmittance_texels,
+    GeneratedFile, clip_texels, generated_files, intersection_texels, merge_texels,
+    transmittance_texels,
 };
 pub use real::Real;
 pub use table::{ClipRow, ClipTable, MergeRow, MergeTable};

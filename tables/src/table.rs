@@ -224,6 +224,16 @@ impl MergeTable {
         format.encode(self.master().iter().flatten().copied())
     }
 
+    /// What both cones cover, x fastest.
+    pub(crate) fn intersections(&self) -> impl Iterator<Item = f32> {
+        let [width, height, _] = self.size();
+        self.master().iter().enumerate().map(move |(idx, [union])| {
+            let (a1, a2) = (idx % width, idx / width % height);
+            let sum = node(a1, width) + node(a2, height);
+            ((sum - f64::from(*union)) as f32).max(0.0)
+        })
+    }
+
     /// The union, x fastest.
     pub(crate) fn master(&self) -> &[[f32; 1]] {
         self.texture.texels()

@@ -1,0 +1,402 @@
+//! What the tiled pass binds besides the frame: occluders, grids, lists, the target.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{TileLists, TiledFrame, TiledPassDescriptor};
+use crate::frame::PrepareError;
+use crate::grid_atlas::Part;
+use crate::occluder::clip_from_box;
+use crate::wgsl::AOGRID_TILE;
+use crate::{AogridOccluder, GridAtlas, Instance, InstanceError, TiledPass, tables};
+
+/// What shaders read of an occluder whose grid is a part of an atlas: the struct of the same name in
+/// the WGSL library, 192 bytes, for a storage buffer.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct AogridAtlasOccluder {
+    /// The occluder.
+    pub occluder: AogridOccluder,
+    /// Half a cell, in \[0,1\]³ of the grid's box; the fourth is unused, here and below.
+    pub half_cell: [f32; 4],
+    /// The atlas's coordinates are scale · position + offset.
+    pub atlas_scale: [f32; 4],
+    /// See the scale.
+    pub atlas_offset: [f32; 4],
+    /// The pixels that its box covers: least x and y, largest x and y.
+    pub pixels: [f32; 4],
+}
+
+/// What the lists cover: the struct of the same name in the WGSL library, 16 bytes, for a uniform
+/// buffer.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct AogridTiles {
+    /// Pixels.
+    pub size: [u32; 2],
+    /// Words of 32 occluders in a list.
+    pub words: u32,
+    /// Occluders.
+    pub occluders: u32,
+}
+
+impl AogridAtlasOccluder {
+    /// An occluder with grid `grid` of an atlas, seen by a camera (view and projection, in columns)
+    /// whose picture has `size` pixels. None if the atlas has no such grid.
+    ///
+    /// # Errors
+    ///
+    /// As of [`AogridOccluder::new`].
+    pub fn new(
+        atlas: &GridAtlas,
+        grid: usize,
+        instance: &Instance,
+        clip_from_world: [[f32; 4]; 4],
+        size: [u32; 2],
+    ) -> Option<Result<Self, InstanceError>> {
+        let part = atlas.part(grid)?;
+        let four = |[x, y, z]: [f32; 3]| [x, y, z, 0.0];
+        let [scale, offset] = part.scale_and_offset();
+        let occluder = AogridOccluder::new(&part.spec, atlas.format(), instance);
+        let pixels = pixels(clip_from_world, part, instance, size);
+        Some(occluder.and_then(|occluder| {
+            Ok(Self {
+                occluder,
+                half_cell: four(part.half_cell()),
+                atlas_scale: four(scale),
+                atlas_offset: four(offset),
+                pixels: pixels?,
+            })
+        }))
+    }
+}
+
+impl AogridTiles {
+    /// How many tiles there are across and down.
+    pub fn tiles(&self) -> [u32; 2] {
+        self.size.map(|n| n.div_ceil(AOGRID_TILE))
+    }
+
+    /// Words of all lists of all tiles: two each.
+    fn all_words(&self) -> u64 {
+        let [across, down] = self.tiles().map(u64::from);
+        across * down * 2 * u64::from(self.words)
+    }
+}
+
+/// A frame that can be written.
+pub(super) struct Contents {
+    tiles: AogridTiles,
+    occluders: Vec<AogridAtlasOccluder>,
+    list_words: u64,
+}
+
+impl Contents {
+    pub(super) fn new(
+        device: &wgpu::Device,
+        frame: &TiledFrame<'_>,
+        descriptor: &TiledPassDescriptor,
+    ) -> Result<Self, PrepareError> {
+        let count = frame.occluders.len();
+        if count > TiledPass::MOST_OCCLUDERS {
+            return Err(PrepareError::TooMany(count));
+        }
+        let [target, positions] = [frame.target, frame.positions].map(|v| v.texture().size());
+        if target != positions {
+            return Err(PrepareError::TargetSize);
+        }
+        let tiles = AogridTiles {
+            size: [positions.width, positions.height],
+            words: count.div_ceil(32) as u32,
+            occluders: count as u32,
+        };
+        let list_words = match descriptor.lists {
+            TileLists::Kept => tiles.all_words(),
+            TileLists::Discarded => 0,
+        };
+        if 4 * list_words > device.limits().max_storage_buffer_binding_size {
+            return Err(PrepareError::TooMany(count));
+        }
+        let occluders = (0..).zip(frame.occluders).map(|(idx, (grid, instance))| {
+            if frame.atlas.encoding() != descriptor.encoding {
+                return Err(PrepareError::Encoding(idx));
+            }
+            let (camera, size) = (frame.clip_from_world, tiles.size);
+            let made = AogridAtlasOccluder::new(frame.atlas, *grid, instance, camera, size);
+            made.ok_or(PrepareError::NoSuchGrid(idx))?
+                .map_err(|source| PrepareError::Instance {
+                    occluder: idx,
+                    source,
+                })
+        });
+        Ok(Self {
+            occluders: occluders.collect::<Result<_, _>>()?,
+            tiles,
+            list_words,
+        })
+    }
+}
+
+/// The bind groups, made anew when what they hold is other.
+#[derive(Debug)]
+pub(super) struct Buffers {
+    layout: wgpu::BindGroupLayout,
+    lists_layout: wgpu::BindGroupLayout,
+    /// The whole T_clip, and what T_merge takes off.
+    tables: [wgpu::TextureView; 2],
+    sampler: wgpu::Sampler,
+    tiles_buffer: wgpu::Buffer,
+    occluders: wgpu::Buffer,
+    lists: wgpu::Buffer,
+    tiles: AogridTiles,
+    keeps_lists: bool,
+    groups: Option<Groups>,
+}
+
+#[derive(Debug)]
+struct Groups {
+    /// Atlas and target.
+    views: [wgpu::TextureView; 2],
+    own: wgpu::BindGroup,
+    lists: wgpu::BindGroup,
+}
+
+impl Buffers {
+    pub(super) fn new(
+        device: &wgpu::Device,
+        target: wgpu::TextureFormat,
+        tables: [wgpu::TextureView; 2],
+    ) -> Self {
+        let no_tiles = AogridTiles {
+            size: [0; 2],
+            words: 0,
+            occluders: 0,
+        };
+        Self {
+            layout: layout(device, target),
+            lists_layout: lists_layout(device),
+            tables,
+            sampler: tables::linear_clamp_sampler(device),
+            tiles_buffer: buffer(
+                device,
+                wgpu::BufferUsages::UNIFORM,
+                size_of::<AogridTiles>(),
+            ),
+            occluders: occluder_buffer(device, 1),
+            lists: list_buffer(device, 1),
+            tiles: no_tiles,
+            keeps_lists: false,
+            groups: None,
+        }
+    }
+
+    pub(super) fn layout(&self) -> &wgpu::BindGroupLayout {
+        &self.layout
+    }
+
+    pub(super) fn lists_layout(&self) -> &wgpu::BindGroupLayout {
+        &self.lists_layout
+    }
+
+    /// None before the first frame.
+    pub(super) fn group(&self) -> Option<&wgpu::BindGroup> {
+        self.groups.as_ref().map(|groups| &groups.own)
+    }
+
+    pub(super) fn lists(&self) -> Option<&wgpu::BindGroup> {
+        let groups = self.groups.as_ref().filter(|_| self.keeps_lists);
+        groups.map(|groups| &groups.lists)
+    }
+
+    pub(super) fn tiles(&self) -> [u32; 2] {
+        self.tiles.tiles()
+    }
+
+    pub(super) fn write(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        frame: &TiledFrame<'_>,
+        contents: &Contents,
+    ) {
+        let bytes: &[u8] = bytemuck::cast_slice(&contents.occluders);
+        if bytes.len() as u64 > self.occluders.size() {
+            let wanted = contents.occluders.len().next_power_of_two();
+            self.occluders = occluder_buffer(device, wanted);
+            self.groups = None;
+        }
+        if 4 * contents.list_words > self.lists.size() {
+            self.lists = list_buffer(device, contents.list_words);
+            self.groups = None;
+        }
+        queue.write_buffer(&self.tiles_buffer, 0, bytemuck::bytes_of(&contents.tiles));
+        queue.write_buffer(&self.occluders, 0, bytes);
+        self.tiles = contents.tiles;
+        self.keeps_lists = contents.list_words > 0;
+        let views = [frame.atlas.view(), frame.target].map(Clone::clone);
+        if self.groups.as_ref().is_none_or(|old| old.views != views) {
+            self.groups = Some(self.bind(device, views));
+        }
+    }
+
+    fn bind(&self, device: &wgpu::Device, views: [wgpu::TextureView; 2]) -> Groups {
+        let view = wgpu::BindingResource::TextureView;
+        let ([atlas, target], [t_clip, shared]) = (&views, &self.tables);
+        let tiles = self.tiles_buffer.as_entire_binding();
+        let occluders = self.occluders.as_entire_binding();
+        let lists = self.lists.as_entire_binding();
+        let own = [
+            tiles.clone(),
+            occluders.clone(),
+            view(atlas),
+            view(shared),
+            lists.clone(),
+            view(target),
+        ];
+        let for_others = [
+            tiles,
+            occluders,
+            view(atlas),
+            view(t_clip),
+            view(shared),
+            wgpu::BindingResource::Sampler(&self.sampler),
+            lists,
+        ];
+        Groups {
+            own: group(device, &self.layout, own),
+            lists: group(device, &self.lists_layout, for_others),
+            views,
+        }
+    }
+}
+
+/// Least x and y, largest x and y of the pixels that the box may cover: all of them if a part of it
+/// lies behind the camera, none if all does.
+fn pixels(
+    clip_from_world: [[f32; 4]; 4],
+    part: &Part,
+    instance: &Instance,
+    size: [u32; 2],
+) -> Result<[f32; 4], InstanceError> {
+    /// What rounding may be worth, in pixels; and texels of a tile are looked through anywhere.
+    const MARGIN: f32 = 1.0;
+    let clip_from_box = clip_from_box(clip_from_world, &part.spec, instance)?;
+    let clip_from_box = glam::Mat4::from_cols_array_2d(&clip_from_box);
+    let corners = [0, 1, 2, 3, 4, 5, 6, 7].map(|corner| {
+        let bit = |axis: u32| (corner >> axis & 1) as f32;
+        clip_from_box * glam::Vec4::new(bit(0), bit(1), bit(2), 1.0)
+    });
+    let in_front = corners.iter().filter(|corner| corner.w > 0.0).count();
+    Ok(match in_front {
+        0 => [f32::MAX, f32::MAX, f32::MIN, f32::MIN],
+        8 => {
+            let [width, height] = size.map(|n| n as f32);
+            let at = corners.map(|c| {
+                let (x, y) = (c.x / c.w, c.y / c.w);
+                glam::Vec2::new((0.5 + 0.5 * x) * width, (0.5 - 0.5 * y) * height)
+            });
+            let low = at.into_iter().reduce(glam::Vec2::min).unwrap_or_default() - MARGIN;
+            let high = at.into_iter().reduce(glam::Vec2::max).unwrap_or_default() + MARGIN;
+            [low.x, low.y, high.x, high.y]
+        }
+        _ => [f32::MIN, f32::MIN, f32::MAX, f32::MAX],
+    })
+}
+
+fn occluder_buffer(device: &wgpu::Device, count: usize) -> wgpu::Buffer {
+    let bytes = count * size_of::<AogridAtlasOccluder>();
+    buffer(device, wgpu::BufferUsages::STORAGE, bytes)
+}
+
+fn list_buffer(device: &wgpu::Device, words: u64) -> wgpu::Buffer {
+    buffer(device, wgpu::BufferUsages::STORAGE, 4 * words as usize)
+}
+
+fn buffer(device: &wgpu::Device, usage: wgpu::BufferUsages, bytes: usize) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("aogrid tiles"),
+        size: bytes as u64,
+        usage: usage | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+fn group<const N: usize>(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    resources: [wgpu::BindingResource<'_>; N],
+) -> wgpu::BindGroup {
+    let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
+    let entries: Vec<_> = (0..).zip(resources).map(entry).collect();
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("aogrid tiles"),
+        layout,
+        entries: &entries,
+    })
+}
+
+/// What `tiled_pass.wgsl` binds as its second group.
+fn layout(device: &wgpu::Device, target: wgpu::TextureFormat) -> wgpu::BindGroupLayout {
+    let target = wgpu::BindingType::StorageTexture {
+        access: wgpu::StorageTextureAccess::WriteOnly,
+        format: target,
+        view_dimension: wgpu::TextureViewDimension::D2,
+    };
+    let types = [
+        binding(wgpu::BufferBindingType::Uniform),
+        binding(wgpu::BufferBindingType::Storage { read_only: true }),
+        filtered(wgpu::TextureViewDimension::D3),
+        filtered(wgpu::TextureViewDimension::D3),
+        binding(wgpu::BufferBindingType::Storage { read_only: false }),
+        target,
+    ];
+    make_layout(device, wgpu::ShaderStages::COMPUTE, &types)
+}
+
+/// What `tile_lists.wgsl` binds.
+fn lists_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let types = [
+        binding(wgpu::BufferBindingType::Uniform),
+        binding(wgpu::BufferBindingType::Storage { read_only: true }),
+        filtered(wgpu::TextureViewDimension::D3),
+        filtered(wgpu::TextureViewDimension::D2),
+        filtered(wgpu::TextureViewDimension::D3),
+        wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+        binding(wgpu::BufferBindingType::Storage { read_only: true }),
+    ];
+    let stages = wgpu::ShaderStages::FRAGMENT | wgpu::ShaderStages::COMPUTE;
+    make_layout(device, stages, &types)
+}
+
+fn make_layout(
+    device: &wgpu::Device,
+    visibility: wgpu::ShaderStages,
+    types: &[wgpu::BindingType],
+) -> wgpu::BindGroupLayout {
+    let entry = |(binding, &ty)| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility,
+        ty,
+        count: None,
+    };
+    let entries: Vec<_> = (0..).zip(types).map(entry).collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("aogrid tiles"),
+        entries: &entries,
+    })
+}
+
+fn binding(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
+    wgpu::BindingType::Buffer {
+        ty,
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    }
+}
+
+fn filtered(view_dimension: wgpu::TextureViewDimension) -> wgpu::BindingType {
+    wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+        view_dimension,
+        multisampled: false,
+    }
+}
