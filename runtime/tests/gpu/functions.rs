@@ -16,6 +16,7 @@ struct Input { position: vec4f, normal: vec4f }
 @group(0) @binding(4) var linear_clamp: sampler;
 @group(0) @binding(5) var<storage, read> inputs: array<Input>;
 @group(0) @binding(6) var<storage, read_write> outputs: array<vec4f>;
+@group(0) @binding(7) var overlaps: texture_3d<f32>;
 
 @compute @workgroup_size(64)
 fn evaluate(@builtin(global_invocation_id) id: vec3u) {
@@ -63,6 +64,7 @@ impl<'a> Bench<'a> {
         let grid = GridTexture::new(device, queue, &self.grid, "test").unwrap();
         let transmittance = tables::transmittance_table(device, queue);
         let clip = tables::clip_table(device, queue);
+        let overlaps = tables::intersection_table(device, queue);
         let sampler = tables::linear_clamp_sampler(device);
         let input_buffer = self.gpu.storage(bytemuck::cast_slice(inputs));
         let outputs = self.gpu.storage(&vec![0; inputs.len() * 16]);
@@ -75,6 +77,7 @@ impl<'a> Bench<'a> {
             (4, "linear_clamp", wgpu::BindingResource::Sampler(&sampler)),
             (5, "", input_buffer.as_entire_binding()),
             (6, "", outputs.as_entire_binding()),
+            (7, "overlaps", view(&overlaps)),
         ];
         // The pipeline's own layout has the bindings that the body uses.
         let used = all.into_iter().filter(|(_, name, _)| body.contains(name));
@@ -370,6 +373,102 @@ fn axes_and_what_is_left_of_them_are_the_twin_s() {
             "{format:?}: {worst:?}"
         );
     }
+}
+
+/// The steepest union by the angle between two caps: the lens loses what a rim sweeps, 2 sin α of
+/// 4π a radian, and AO is twice that.
+const BY_ANGLE: f32 = 1.0 / std::f32::consts::PI;
+
+/// An angle from its cosine: next to 0 and π, where a rounding ε is an angle √(2ε), for a handful of
+/// them. (WGSL grants an arc cosine 7e-5.)
+fn angle_rounding() -> f32 {
+    (2.0 * ROUNDING).sqrt()
+}
+
+#[test]
+fn cones_merge_as_by_the_twin_and_never_become_nan() {
+    let Some(gpu) = gpu() else { return };
+    let overlaps = LinearTexture::intersection_table();
+    let bench = Bench::new(&gpu, ball(Encoding::Cone, TexelFormat::F16), &turned());
+    // AO of both and the angle between; every ninth without an axis at all.
+    let n = 17;
+    let inputs: Vec<Input> = (0..n * n * n)
+        .map(|i| {
+            let [first, second, angle] = [i % n, i / n % n, i / (n * n)].map(|k| k as f32 / 16.0);
+            let length = f32::from(u8::from(i % 9 != 0));
+            let (sin, cos) = (angle * std::f32::consts::PI).sin_cos();
+            [
+                [0.5 * first, second, 0.0, 0.0],
+                [0.5 * sin * length, 0.5 * cos * length, 0.0, 0.0],
+            ]
+        })
+        .collect();
+    let cones = |p: [f32; 3], n: [f32; 3]| {
+        (
+            [0.0, p[0], 0.0, 1.0 - 2.0 * p[0]],
+            [n[0] * p[1], n[1] * p[1], 0.0, 1.0 - p[1]],
+        )
+    };
+    let worst = bench.worst(
+        "let before = vec4f(0.0, p.x, 0.0, 1.0 - 2.0 * p.x);
+         let one = vec4f(n.xy * p.y, 0.0, 1.0 - p.y);
+         return aogrid_merge(before, one, overlaps, linear_clamp);",
+        &inputs,
+        |p, n| {
+            let (before, one) = cones(p, n);
+            aogrid_merge(before, one, &overlaps)
+        },
+    );
+    // Neighbouring nodes differ by 1/47 of the fraction, by π/31 of the angle.
+    let steps = 2.0 * (2.0 / 47.0 + BY_ANGLE * std::f32::consts::PI / 31.0);
+    let tolerance = gpu.weight_error(false) * steps + BY_ANGLE * angle_rounding() + ROUNDING;
+    assert!(worst.iter().all(|w| *w <= tolerance), "{worst:?}");
+
+    let mut compared = 0;
+    for [p, n] in inputs {
+        let (before, one) = cones([p[0], p[1], 0.0], [n[0], n[1], 0.0]);
+        let [_, _, _, t] = aogrid_merge(before, one, &overlaps);
+        // What the table promises of the union, which is twice that for AO.
+        let gamma = match n[0] * n[0] + n[1] * n[1] > 0.0 {
+            true => n[0].atan2(n[1]).abs(),
+            false => std::f32::consts::FRAC_PI_2,
+        };
+        if one[3] < 1.0 && before[3] < 1.0 {
+            let union = aogrid_tables::merge::closed_form(p[0], 0.5 * p[1], gamma);
+            let exact = (1.0 - 2.0 * union).max(0.0);
+            assert!(
+                (t - exact).abs() <= 2.0 * 6.4e-3,
+                "{p:?} {gamma} {t} {exact}"
+            );
+            compared += 1;
+        }
+    }
+    assert!(compared > 4000);
+}
+
+#[test]
+fn a_cone_merged_with_nothing_stays_what_it_is() {
+    let Some(gpu) = gpu() else { return };
+    let overlaps = LinearTexture::intersection_table();
+    let bench = Bench::new(&gpu, ball(Encoding::Cone, TexelFormat::F16), &turned());
+    for body in [
+        "return aogrid_merge(vec4f(0.0, 0.0, 0.0, 1.0), vec4f(p, n.x), overlaps, linear_clamp);",
+        "return aogrid_merge(vec4f(p, n.x), vec4f(0.0, 0.0, 0.0, 1.0), overlaps, linear_clamp);",
+    ] {
+        let inputs: Vec<Input> = (0..=1000)
+            .map(|i| {
+                let ao = i as f32 / 1000.0;
+                let [x, y, z] = spiral(i).map(|d| 0.5 * ao * d);
+                [[x, y, z, 0.0], [1.0 - ao, 0.0, 0.0, 0.0]]
+            })
+            .collect();
+        let worst = bench.worst(body, &inputs, |p, n| [p[0], p[1], p[2], n[0]]);
+        // 1 + (t - 1) rounds at 1; a filter's weight may give a 256th of the first step.
+        let tolerance = ROUNDING + gpu.weight_error(false) * 2.0 / 47.0;
+        assert!(worst.iter().all(|w| *w <= tolerance), "{worst:?}");
+    }
+    let open = [0.0, 0.0, 0.0, 1.0];
+    assert_eq!(aogrid_merge(open, open, &overlaps), open);
 }
 
 #[test]

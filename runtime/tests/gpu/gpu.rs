@@ -134,6 +134,28 @@ impl Gpu {
         })
     }
 
+    /// A target that compute shaders write.
+    pub fn storage_target(
+        &self,
+        [width, height]: [u32; 2],
+        format: wgpu::TextureFormat,
+    ) -> wgpu::Texture {
+        self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("test target"),
+            size: wgpu::Extent3d {
+                width,
+                height,
+                depth_or_array_layers: 1,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        })
+    }
+
     pub fn target_depth(
         &self,
         [width, height]: [u32; 2],
@@ -225,11 +247,11 @@ impl Gpu {
         self.queue.submit([encoder.finish()]);
     }
 
-    /// The texels of a texture whose rows are a multiple of 256 bytes.
+    /// The texels of a texture, tightly packed.
     pub fn read_texture(&self, texture: &wgpu::Texture) -> Vec<u8> {
         let texel = texture.format().block_copy_size(None).expect("a colour");
-        let row = texture.width() * texel;
-        assert_eq!(row % wgpu::COPY_BYTES_PER_ROW_ALIGNMENT, 0);
+        let used = texture.width() * texel;
+        let row = used.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("test"),
             size: u64::from(row * texture.height()),
@@ -250,7 +272,11 @@ impl Gpu {
             texture.size(),
         );
         self.queue.submit([encoder.finish()]);
-        self.read_buffer(&buffer)
+        let rows = self.read_buffer(&buffer);
+        let rows = rows.chunks_exact(row as usize);
+        rows.flat_map(|row| &row[..used as usize])
+            .copied()
+            .collect()
     }
 
     pub fn read_buffer(&self, buffer: &wgpu::Buffer) -> Vec<u8> {

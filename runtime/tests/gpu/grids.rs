@@ -14,9 +14,18 @@ pub fn spec() -> GridSpec {
     GridSpec::new(RESOLUTION, [0.1, -0.2, 0.05], [1.4, 1.6, 1.5]).expect("a box")
 }
 
+/// Another box around the same ball, with other cells.
+pub fn other_spec() -> GridSpec {
+    GridSpec::new([24, 13, 18], [-0.1, 0.1, 0.0], [1.5, 1.3, 1.4]).expect("a box")
+}
+
 /// The exact cones of a ball around the origin; inside it occlusion goes on growing, to 1.
 pub fn ball(encoding: Encoding, format: TexelFormat) -> Grid {
-    grid(encoding, format, |p| {
+    ball_in(spec(), encoding, format)
+}
+
+pub fn ball_in(spec: GridSpec, encoding: Encoding, format: TexelFormat) -> Grid {
+    grid(spec, encoding, format, |p| {
         let inside = (1.0 - length(p) / RADIUS).max(0.0);
         let outside = (RADIUS / length(p)).min(1.0);
         let a = (1.0 - (1.0 - outside * outside).sqrt() + inside) / 2.0;
@@ -27,8 +36,11 @@ pub fn ball(encoding: Encoding, format: TexelFormat) -> Grid {
 
 /// The same, faded so that all outer cells are open (RR-5779, 3.3.2).
 pub fn faded_ball(format: TexelFormat) -> Grid {
-    let spec = spec();
-    let plain = ball(Encoding::Cone, TexelFormat::F32);
+    faded_ball_in(spec(), format)
+}
+
+pub fn faded_ball_in(spec: GridSpec, format: TexelFormat) -> Grid {
+    let plain = ball_in(spec, Encoding::Cone, TexelFormat::F32);
     let outer = (0..spec.cell_count()).filter(|&idx| spec.is_outer(spec.cell_at(idx)));
     let largest = outer.map(|idx| plain.cone(idx)[3]).fold(0.0, f32::max);
     let cells: Vec<_> = (0..spec.cell_count())
@@ -40,8 +52,12 @@ pub fn faded_ball(format: TexelFormat) -> Grid {
     Grid::encode(spec, Encoding::Cone, format, &cells, record()).expect("a grid")
 }
 
-fn grid(encoding: Encoding, format: TexelFormat, cone: impl Fn([f32; 3]) -> [f32; 4]) -> Grid {
-    let spec = spec();
+fn grid(
+    spec: GridSpec,
+    encoding: Encoding,
+    format: TexelFormat,
+    cone: impl Fn([f32; 3]) -> [f32; 4],
+) -> Grid {
     let cells: Vec<_> = (0..spec.cell_count())
         .map(|idx| {
             let p = spec.sample_from_center(spec.cell_at(idx), [0.0; 3]);

@@ -7,14 +7,21 @@
 mod functions;
 /// Pictures that were looked at, kept.
 mod golden;
+/// Merging, by raster and in tiles, against the twin.
+mod merge;
 /// Every shader compiles, and its structs are laid out as Rust's.
 mod modules;
 /// The raster pass against the twin on whole images.
 mod raster;
 
+/// The tiled pass against the raster pass and the twin.
+mod tiled;
+
 /// Adapters, buffers and images.
 mod gpu;
 /// Grids with a known answer in every cell.
 mod grids;
+/// Several occluders, shaded in every way.
+mod many;
 /// G-buffers without a rasteriser.
 mod scene;

@@ -168,7 +168,7 @@ impl Scene {
 }
 
 /// The largest difference; and that there is a picture at all.
-fn worst(found: &[f32], expected: &[f32]) -> f32 {
+pub fn worst(found: &[f32], expected: &[f32]) -> f32 {
     assert_eq!(found.len(), expected.len());
     let shaded = expected.iter().filter(|t| **t < 0.9).count();
     assert!(shaded > 200, "only {shaded} pixels are in shadow");

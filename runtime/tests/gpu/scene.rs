@@ -90,6 +90,11 @@ pub fn places() -> [Mat4; 3] {
 /// What each pixel shows. Depth grows from 0 at the near plane, except in [`reversed`], whose
 /// pixels are those of [`perspective`].
 pub fn gbuffer(clip_from_world: Mat4, surfaces: &[Surface]) -> GBuffer {
+    gbuffer_of(SIZE, clip_from_world, surfaces)
+}
+
+/// The same with a size of its own.
+pub fn gbuffer_of(size: [u32; 2], clip_from_world: Mat4, surfaces: &[Surface]) -> GBuffer {
     let forward = match clip_from_world == reversed() {
         true => perspective(),
         false => clip_from_world,
@@ -101,8 +106,8 @@ pub fn gbuffer(clip_from_world: Mat4, surfaces: &[Surface]) -> GBuffer {
         receivers: Vec::new(),
         depths: Vec::new(),
     };
-    for pixel in (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| [x, y])) {
-        let ray = ray(world_from_clip, pixel);
+    for pixel in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| [x, y])) {
+        let ray = ray(world_from_clip, pixel, size);
         let hits = surfaces.iter().filter_map(|s| hit(s, ray).map(|h| (s, h)));
         let first = hits.min_by(|(_, a), (_, b)| a.0.total_cmp(&b.0));
         let (position, normal, receiver) = match first {
@@ -119,10 +124,10 @@ pub fn gbuffer(clip_from_world: Mat4, surfaces: &[Surface]) -> GBuffer {
 }
 
 /// Where a pixel's ray begins and where it goes.
-fn ray(world_from_clip: DMat4, [x, y]: [u32; 2]) -> [DVec3; 2] {
+fn ray(world_from_clip: DMat4, [x, y]: [u32; 2], size: [u32; 2]) -> [DVec3; 2] {
     let ndc = [
-        (f64::from(x) + 0.5) / f64::from(SIZE[0]) * 2.0 - 1.0,
-        1.0 - (f64::from(y) + 0.5) / f64::from(SIZE[1]) * 2.0,
+        (f64::from(x) + 0.5) / f64::from(size[0]) * 2.0 - 1.0,
+        1.0 - (f64::from(y) + 0.5) / f64::from(size[1]) * 2.0,
     ];
     let at = |depth| (world_from_clip * DVec4::new(ndc[0], ndc[1], depth, 1.0)).project();
     let ends = [at(0.0), at(1.0)];

@@ -1,0 +1,243 @@
+use aogrid_grid_format::{Encoding, Grid, TexelFormat};
+use aogrid_runtime::shading::*;
+use aogrid_runtime::{
+    AogridOccluder, Combine, DepthTest, Frame, GridAtlas, GridTexture, Instance, LinearTexture,
+    MergePass, MergePassDescriptor, Mode, Normals, Output, Positions, Receivers, TileLists,
+    TiledFrame, TiledPass, TiledPassDescriptor,
+};
+use glam::Mat4;
+
+use crate::gpu::Gpu;
+use crate::grids::{faded_ball_in, other_spec, spec};
+use crate::scene::{GBuffer, gbuffer_of, places, surfaces};
+
+/// Occluders with several grids over a G-buffer.
+pub struct Many {
+    pub size: [u32; 2],
+    pub camera: Mat4,
+    pub buffer: GBuffer,
+    pub grids: Vec<Grid>,
+    /// A grid's place, and where it stands.
+    pub occluders: Vec<(usize, Instance)>,
+}
+
+/// The G-buffer on the device.
+pub struct Views {
+    pub positions: wgpu::TextureView,
+    pub depths: wgpu::TextureView,
+    pub normals: wgpu::TextureView,
+    pub receivers: wgpu::TextureView,
+}
+
+pub fn merge_descriptor() -> MergePassDescriptor {
+    MergePassDescriptor {
+        label: "test".into(),
+        format: wgpu::TextureFormat::Rgba32Float,
+        positions: Positions::World,
+        normals: Normals::Signed,
+        receivers: Receivers::None,
+        depth: None,
+        front_face: wgpu::FrontFace::Ccw,
+    }
+}
+
+pub fn tiled_descriptor() -> TiledPassDescriptor {
+    TiledPassDescriptor {
+        label: "test".into(),
+        mode: Mode::Cone,
+        combine: Combine::Merge,
+        output: Output::TransmittanceAndAxis,
+        target: wgpu::TextureFormat::Rgba32Float,
+        positions: Positions::World,
+        normals: Normals::Signed,
+        receivers: Receivers::None,
+        encoding: Encoding::Cone,
+        lists: TileLists::Discarded,
+    }
+}
+
+impl Many {
+    /// Three balls with two grids.
+    pub fn new(size: [u32; 2], camera: Mat4) -> Self {
+        let format = TexelFormat::F16;
+        Self {
+            size,
+            camera,
+            buffer: gbuffer_of(size, camera, &surfaces()),
+            grids: [spec(), other_spec()]
+                .map(|spec| faded_ball_in(spec, format))
+                .to_vec(),
+            occluders: (0..)
+                .zip(places())
+                .map(|(i, place)| (i % 2, Instance::at(place.to_cols_array_2d())))
+                .collect(),
+        }
+    }
+
+    pub fn views(&self, gpu: &Gpu) -> Views {
+        use wgpu::TextureFormat::{R32Float, Rg32Uint, Rgba32Float};
+        let buffer = &self.buffer;
+        let texture = |format, texels| gpu.texture(self.size, format, texels);
+        Views {
+            positions: texture(Rgba32Float, bytemuck::cast_slice(&buffer.positions)),
+            depths: texture(R32Float, bytemuck::cast_slice(&buffer.depths)),
+            normals: texture(Rgba32Float, bytemuck::cast_slice(&buffer.normals)),
+            receivers: texture(Rg32Uint, bytemuck::cast_slice(&buffer.receivers)),
+        }
+    }
+
+    /// What the raster pass leaves: bytes of the descriptor's format.
+    pub fn merge(&self, gpu: &Gpu, descriptor: &MergePassDescriptor) -> Vec<u8> {
+        let Gpu { device, queue, .. } = gpu;
+        let views = self.views(gpu);
+        let grids = self.grids.iter();
+        let grids: Vec<_> = grids
+            .map(|grid| GridTexture::new(device, queue, grid, "ball").unwrap())
+            .collect();
+        let occluders = self.occluders.iter();
+        let occluders: Vec<_> = occluders.map(|(grid, i)| (&grids[*grid], *i)).collect();
+        let mut pass = MergePass::new(device, queue, descriptor.clone()).unwrap();
+        let frame = Frame {
+            clip_from_world: self.camera.to_cols_array_2d(),
+            positions: views.positions(descriptor.positions),
+            normals: Some(&views.normals),
+            receivers: Some(&views.receivers),
+            occluders: &occluders,
+        };
+        pass.prepare(device, queue, &frame).unwrap();
+        let depth = descriptor.depth.map(|test| self.depth(gpu, test));
+        let mut encoder = device.create_command_encoder(&Default::default());
+        pass.record(&mut encoder, depth.as_ref());
+        queue.submit([encoder.finish()]);
+        gpu.read_texture(pass.result().unwrap().texture())
+    }
+
+    fn depth(&self, gpu: &Gpu, test: DepthTest) -> wgpu::TextureView {
+        let target = gpu.target_depth(self.size, test.format);
+        let depths = self.buffer.depths.iter();
+        let depths: Vec<f32> = depths.map(|d| if d.is_nan() { 0.5 } else { *d }).collect();
+        gpu.fill_depth(&target, &depths, self.size);
+        target.create_view(&Default::default())
+    }
+
+    /// What the tiled pass leaves: bytes of the descriptor's target.
+    pub fn tiled(&self, gpu: &Gpu, descriptor: &TiledPassDescriptor) -> Vec<u8> {
+        let mut pass = TiledPass::new(&gpu.device, &gpu.queue, descriptor.clone()).unwrap();
+        self.dispatch(gpu, descriptor, &mut pass)
+    }
+
+    /// The same with a pass that is kept.
+    pub fn dispatch(
+        &self,
+        gpu: &Gpu,
+        descriptor: &TiledPassDescriptor,
+        pass: &mut TiledPass,
+    ) -> Vec<u8> {
+        let Gpu { device, queue, .. } = gpu;
+        let views = self.views(gpu);
+        let target = gpu.storage_target(self.size, descriptor.target);
+        let grids: Vec<_> = self.grids.iter().collect();
+        let atlas = GridAtlas::new(device, queue, &grids, "balls").unwrap();
+        let frame = TiledFrame {
+            clip_from_world: self.camera.to_cols_array_2d(),
+            positions: views.positions(descriptor.positions),
+            normals: Some(&views.normals),
+            receivers: Some(&views.receivers),
+            atlas: &atlas,
+            occluders: &self.occluders,
+            target: &target.create_view(&Default::default()),
+        };
+        pass.prepare(device, queue, &frame).unwrap();
+        let mut encoder = device.create_command_encoder(&Default::default());
+        pass.dispatch(&mut encoder.begin_compute_pass(&Default::default()));
+        queue.submit([encoder.finish()]);
+        gpu.read_texture(&target)
+    }
+
+    /// The twin's image, every occluder for every pixel.
+    pub fn twin(&self, combine: Combine) -> Vec<[f32; 4]> {
+        let casters = self.casters();
+        let pixels = 0..self.buffer.positions.len();
+        pixels
+            .map(|pixel| {
+                let [x, y, z, _] = self.buffer.positions[pixel];
+                let [nx, ny, nz, _] = self.buffer.normals[pixel];
+                let object = self.buffer.receivers[pixel];
+                casters.at([x, y, z], [nx, ny, nz], object, combine)
+            })
+            .collect()
+    }
+
+    /// What the twin looks up.
+    pub fn casters(&self) -> Casters {
+        let occluder = |(grid, instance): &(usize, Instance)| {
+            let of = &self.grids[*grid];
+            (
+                *grid,
+                AogridOccluder::new(of.spec(), of.format(), instance).unwrap(),
+            )
+        };
+        Casters {
+            occluders: self.occluders.iter().map(occluder).collect(),
+            textures: self.grids.iter().map(LinearTexture::of_grid).collect(),
+            clip: LinearTexture::clip_table(),
+            overlaps: LinearTexture::intersection_table(),
+        }
+    }
+}
+
+impl Views {
+    pub fn positions(&self, positions: Positions) -> &wgpu::TextureView {
+        match positions {
+            Positions::World => &self.positions,
+            Positions::Depth => &self.depths,
+        }
+    }
+}
+
+pub struct Casters {
+    occluders: Vec<(usize, AogridOccluder)>,
+    textures: Vec<LinearTexture>,
+    clip: LinearTexture,
+    overlaps: LinearTexture,
+}
+
+impl Casters {
+    pub fn at(&self, p: [f32; 3], n: [f32; 3], object: [u32; 2], combine: Combine) -> [f32; 4] {
+        let shading = self.occluders.iter().filter(|(_, o)| {
+            aogrid_is_inside(aogrid_grid_position(o, p)) && aogrid_shades(o, object[0], object[1])
+        });
+        shading.fold([0.0, 0.0, 0.0, 1.0], |before, (grid, o)| {
+            let texture = &self.textures[*grid];
+            match combine {
+                Combine::Merge => {
+                    aogrid_merge_cone(before, o, texture, &self.clip, &self.overlaps, p, n)
+                }
+                Combine::Multiply => {
+                    let p_grid = aogrid_grid_position(o, p);
+                    let one = aogrid_cone_with_axis_at(o, texture, &self.clip, p_grid, n);
+                    aogrid_multiply(before, one)
+                }
+            }
+        })
+    }
+}
+
+/// Four floats a pixel.
+pub fn vectors(bytes: &[u8]) -> Vec<[f32; 4]> {
+    bytemuck::pod_collect_to_vec(bytes)
+}
+
+/// The largest difference of any component; and that there is a picture at all.
+pub fn worst(found: &[[f32; 4]], expected: &[[f32; 4]]) -> f32 {
+    assert_eq!(found.len(), expected.len());
+    let shaded = expected.iter().filter(|v| v[3] < 0.9).count();
+    assert!(shaded > 100, "only {shaded} pixels are in shadow");
+    let pairs = found.as_flattened().iter().zip(expected.as_flattened());
+    let worst = pairs.fold(0.0_f32, |worst, (a, b)| {
+        assert!(!(a - b).is_nan());
+        worst.max((a - b).abs())
+    });
+    println!("off by at most {worst}, {shaded} pixels in shadow");
+    worst
+}
