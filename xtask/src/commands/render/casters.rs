@@ -17,6 +17,8 @@ pub(super) enum Model {
     Occlusion,
     /// It is clipped by the receiver's tangent plane.
     Cone,
+    /// It is clipped, and united with those before it.
+    Merge,
 }
 
 /// A casting instance, ready to be looked up.

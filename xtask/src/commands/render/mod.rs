@@ -92,6 +92,7 @@ fn shade(mode: Mode, job: &Job<'_>) -> anyhow::Result<Shaded> {
         Mode::Truth => truth::shade(job),
         Mode::Occlusion => by_grids(job, Model::Occlusion),
         Mode::Cone => by_grids(job, Model::Cone),
+        Mode::Merge => by_grids(job, Model::Merge),
     }
 }
 

@@ -1,4 +1,5 @@
-//! Modes `occlusion` and `cone` on a GPU: the runtime's raster pass over the picture's G-buffer.
+//! Modes `occlusion`, `cone` and `merge` on a GPU: the runtime's raster passes over the picture's
+//! G-buffer.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -8,8 +9,8 @@ use anyhow::{Context as _, bail, ensure};
 use aogrid_baker_gpu::Context;
 use aogrid_grid_format::Encoding;
 use aogrid_runtime::{
-    AOGRID_NO_OBJECT, Frame, GridTexture, Instance, Mode, Normals, OcclusionPass,
-    OcclusionPassDescriptor, Output, Positions, Receivers, wgpu,
+    AOGRID_NO_OBJECT, Frame, GridTexture, Instance, MergePass, MergePassDescriptor, Mode, Normals,
+    OcclusionPass, OcclusionPassDescriptor, Output, Positions, Receivers, wgpu,
 };
 use wgpu::{TextureFormat, TextureUsages};
 
@@ -50,20 +51,70 @@ fn draw_picture(job: &Job<'_>, gpu: &Context, model: Model) -> anyhow::Result<Sh
     let casters = casters(job, model)?;
     let occluders = occluders(job, gpu, &casters)?;
     let views = views(job, gpu, gbuffer, pixels);
+    let transmittance = match model {
+        Model::Merge => merge(job, gpu, &views, &occluders)?,
+        Model::Occlusion | Model::Cone => {
+            let passes = passes(job, gpu, model, &views, &occluders)?;
+            draw(gpu, gbuffer.size, &passes)?
+        }
+    };
+    let occlusion = pixels.iter().map(|&pixel| 1.0 - transmittance[pixel]);
+    Ok(casters::shaded(job, occlusion.collect()))
+}
+
+/// Grids may differ in what they hold. Multiplication commutes: a pass for each kind.
+fn passes(
+    job: &Job<'_>,
+    gpu: &Context,
+    model: Model,
+    views: &Views,
+    occluders: &[(GridTexture, Instance)],
+) -> anyhow::Result<Vec<OcclusionPass>> {
     let mut passes = vec![];
-    // Grids may differ in what they hold. Multiplication commutes: a pass for each kind.
     for encoding in [Encoding::Cone, Encoding::Occlusion] {
         let occluders = occluders.iter().map(|(grid, instance)| (grid, *instance));
         let occluders: Vec<_> = occluders
             .filter(|(grid, _)| grid.encoding() == encoding)
             .collect();
         if !occluders.is_empty() {
-            passes.push(pass(job, gpu, model, encoding, &views, &occluders)?);
+            passes.push(pass(job, gpu, model, encoding, views, &occluders)?);
         }
     }
-    let transmittance = draw(gpu, gbuffer.size, &passes)?;
-    let occlusion = pixels.iter().map(|&pixel| 1.0 - transmittance[pixel]);
-    Ok(casters::shaded(job, occlusion.collect()))
+    Ok(passes)
+}
+
+/// The transmittance of every pixel, cones united in the scene's order.
+fn merge(
+    job: &Job<'_>,
+    gpu: &Context,
+    views: &Views,
+    occluders: &[(GridTexture, Instance)],
+) -> anyhow::Result<Vec<f32>> {
+    let occluders = occluders.iter().map(|(grid, instance)| (grid, *instance));
+    let occluders: Vec<_> = occluders.collect();
+    let descriptor = MergePassDescriptor {
+        label: "render".into(),
+        format: TextureFormat::Rgba32Float,
+        positions: Positions::World,
+        normals: Normals::Signed,
+        receivers: Receivers::IdsAndLayers,
+        depth: None,
+        front_face: wgpu::FrontFace::Ccw,
+    };
+    let mut pass = MergePass::new(gpu.device(), gpu.queue(), descriptor)?;
+    pass.prepare(
+        gpu.device(),
+        gpu.queue(),
+        &frame(clip_from_world(job)?, views, &occluders),
+    )?;
+    let mut encoder = gpu.device().create_command_encoder(&Default::default());
+    pass.record(&mut encoder, None);
+    let result = pass.result().context("nothing was prepared")?;
+    let rows = read_back(gpu, encoder, result.texture())?;
+    let texels = rows.iter().flat_map(|row| row.chunks_exact(16));
+    Ok(texels
+        .map(|texel| f32::from_le_bytes([texel[12], texel[13], texel[14], texel[15]]))
+        .collect())
 }
 
 fn occluders(
@@ -150,15 +201,11 @@ fn pass(
     views: &Views,
     occluders: &[(&GridTexture, Instance)],
 ) -> anyhow::Result<OcclusionPass> {
-    let camera = job.scene.camera.as_ref();
-    let camera = camera.context("a picture needs a camera")?;
-    let [near, far] = NEAR_AND_FAR;
-    let clip_from_world = camera.clip_from_world(near, far).as_mat4();
     let descriptor = OcclusionPassDescriptor {
         label: "render".into(),
         mode: match model {
             Model::Occlusion => Mode::Occlusion,
-            Model::Cone => Mode::Cone,
+            Model::Cone | Model::Merge => Mode::Cone,
         },
         output: Output::Transmittance,
         target: target_format(gpu),
@@ -170,15 +217,31 @@ fn pass(
         encoding,
     };
     let mut pass = OcclusionPass::new(gpu.device(), gpu.queue(), descriptor)?;
-    let frame = Frame {
-        clip_from_world: clip_from_world.to_cols_array_2d(),
+    let frame = frame(clip_from_world(job)?, views, occluders);
+    pass.prepare(gpu.device(), gpu.queue(), &frame)?;
+    Ok(pass)
+}
+
+fn clip_from_world(job: &Job<'_>) -> anyhow::Result<[[f32; 4]; 4]> {
+    let camera = job.scene.camera.as_ref();
+    let camera = camera.context("a picture needs a camera")?;
+    let [near, far] = NEAR_AND_FAR;
+    let clip_from_world = camera.clip_from_world(near, far).as_mat4();
+    Ok(clip_from_world.to_cols_array_2d())
+}
+
+fn frame<'a>(
+    clip_from_world: [[f32; 4]; 4],
+    views: &'a Views,
+    occluders: &'a [(&'a GridTexture, Instance)],
+) -> Frame<'a> {
+    Frame {
+        clip_from_world,
         positions: &views.positions,
         normals: Some(&views.normals),
         receivers: Some(&views.receivers),
         occluders,
-    };
-    pass.prepare(gpu.device(), gpu.queue(), &frame)?;
-    Ok(pass)
+    }
 }
 
 /// The widest that the device can multiply into.

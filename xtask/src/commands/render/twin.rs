@@ -1,5 +1,5 @@
-//! Modes `occlusion` and `cone` on the CPU: the scene's grids, looked up by the runtime's twin and
-//! multiplied (RR-5779, sections 4 and 5.1).
+//! Modes `occlusion`, `cone` and `merge` on the CPU: the scene's grids, looked up by the runtime's
+//! twin and multiplied or merged (RR-5779, sections 4, 5.1 and 5.2.2).
 
 use std::collections::HashMap;
 use std::ops::ControlFlow;
@@ -11,7 +11,9 @@ use aogrid_bake_core::Progress;
 use aogrid_baker_cpu::truth::Receiver;
 use aogrid_grid_format::Encoding;
 use aogrid_runtime::LinearTexture;
-use aogrid_runtime::shading::{aogrid_cone, aogrid_occlusion, aogrid_occlusion_of_cone};
+use aogrid_runtime::shading::{
+    aogrid_cone, aogrid_merge_cone, aogrid_occlusion, aogrid_occlusion_of_cone,
+};
 use rayon::prelude::*;
 
 use super::casters::{self, Caster, Model, casters, layers};
@@ -24,6 +26,13 @@ const CHUNK: usize = 4096;
 struct Textured<'a> {
     caster: &'a Caster<'a>,
     texture: Arc<LinearTexture>,
+}
+
+/// What look-ups are clipped and merged by.
+struct Tables {
+    transmittance: LinearTexture,
+    clip: LinearTexture,
+    overlaps: LinearTexture,
 }
 
 pub(super) fn shade(job: &Job<'_>, model: Model) -> anyhow::Result<Shaded> {
@@ -41,9 +50,13 @@ pub(super) fn shade(job: &Job<'_>, model: Model) -> anyhow::Result<Shaded> {
     Ok(casters::shaded(job, occlusion))
 }
 
-/// 1 minus the product of all transmittances, for each receiver.
+/// What all casters hide, for each receiver.
 fn occlusions(job: &Job<'_>, casters: &[Textured<'_>], model: Model) -> anyhow::Result<Vec<f32>> {
-    let table = LinearTexture::transmittance_table();
+    let tables = Tables {
+        transmittance: LinearTexture::transmittance_table(),
+        clip: LinearTexture::clip_table(),
+        overlaps: LinearTexture::intersection_table(),
+    };
     let target = job.target;
     let layers = layers(job);
     let bar = job.console.progress("look-ups");
@@ -61,8 +74,13 @@ fn occlusions(job: &Job<'_>, casters: &[Textured<'_>], model: Model) -> anyhow::
         let pairs = receivers.iter().zip(ids);
         let one = |(receiver, &id): (&Receiver, &u32)| {
             let casting = casters.iter().filter(|c| c.casts_on(id, layers(id)));
+            if model == Model::Merge {
+                let open = [0.0, 0.0, 0.0, 1.0];
+                let [.., t] = casting.fold(open, |before, c| c.merge(before, receiver, &tables));
+                return 1.0 - t;
+            }
             let product: f32 = casting
-                .map(|caster| caster.transmittance(receiver, id, model, &table))
+                .map(|caster| caster.transmittance(receiver, id, model, &tables))
                 .product();
             1.0 - product
         };
@@ -78,19 +96,22 @@ impl Textured<'_> {
         instance.casts_on & layers != 0 && !instance.excludes.contains(&id)
     }
 
-    fn transmittance(
-        &self,
-        receiver: &Receiver,
-        id: u32,
-        model: Model,
-        table: &LinearTexture,
-    ) -> f32 {
-        let p = receiver.position.map(|x| x as f32);
-        let n = receiver.normal.map(|x| x as f32);
+    /// `before`, and this caster.
+    fn merge(&self, before: [f32; 4], receiver: &Receiver, tables: &Tables) -> [f32; 4] {
+        let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
+        let Tables { clip, overlaps, .. } = tables;
+        let occluder = &self.caster.occluder;
+        aogrid_merge_cone(before, occluder, &self.texture, clip, overlaps, p, n)
+    }
+
+    fn transmittance(&self, receiver: &Receiver, id: u32, model: Model, tables: &Tables) -> f32 {
+        let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
         let on_itself = id == self.caster.instance.id;
         let Caster { occluder, grid, .. } = self.caster;
         match (model, grid.encoding()) {
-            (Model::Cone, _) => aogrid_cone(occluder, &self.texture, table, p, n),
+            (Model::Cone | Model::Merge, _) => {
+                aogrid_cone(occluder, &self.texture, &tables.transmittance, p, n)
+            }
             (Model::Occlusion, Encoding::Occlusion) => {
                 aogrid_occlusion(occluder, &self.texture, p, on_itself)
             }
