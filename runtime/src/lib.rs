@@ -24,11 +24,14 @@
 //! AO = 2a, or on the occluder's own surface 2a − 1: half of that is printed. With the axis d, too
 //! (RR-5779, 5.1), the cone is clipped by the receiver's tangent plane: AO = T_clip(a, d·n). What
 //! multiplies ambient light, and only ambient light, is the transmittance 1 − AO; those of several
-//! occluders are multiplied (RR-5779, 5.2.1).
+//! occluders are multiplied (RR-5779, 5.2.1), or their cones merged (RR-5779, 5.2.2): a running
+//! pair of AO and summed axis D, AO = 2 T_merge(AO/2, AOᵢ/2, ∠(D, dᵢ′)), D += (AOᵢ/2) dᵢ′.
 //!
 //! What we do differently: the axis is normalised after filtering; directions turn with the
 //! object's linear part, as they are stored in object axes; T_clip's texture holds 1 − AO; outside
-//! its box an occluder does nothing at all. A grid that is looked up by an instance that is turned,
+//! its box an occluder does nothing at all. T_merge's texture holds what two cones share, which leaves
+//! a cone that meets nothing exactly as it is. Merging depends on the order from three occluders on:
+//! it is the caller's everywhere. A grid that is looked up by an instance that is turned,
 //! mirrored or uniformly scaled is exact; any other scale changes solid angles.
 //!
 //! # Practice
@@ -37,7 +40,10 @@
 //!   the same names, in Rust.
 //! * [`Instance`] and a grid make an [`AogridOccluder`], the uniform that both read.
 //! * [`GridTexture`], [`tables`]: what a device needs, uploaded once, shared by all instances.
-//! * [`OcclusionPass`]: new, prepare, draw; the back faces of the boxes over a G-buffer.
+//! * [`OcclusionPass`]: new, prepare, draw; the back faces of the boxes over a G-buffer, multiplied.
+//! * [`MergePass`]: the same, merged, between a pair of buffers.
+//! * [`TiledPass`]: either in one dispatch, for many occluders; its lists serve forward and
+//!   transparent shaders. [`GridAtlas`]: the grids in one texture that it reads.
 //! * [`LinearTexture`]: a texture and its filter on the CPU.
 //!
 //! Nothing here creates a device, submits, or waits; every object on the device has a label.

@@ -96,6 +96,24 @@ fn the_smallest_program_draws_a_shadow_on_a_floor() {
     assert!(under < beside - 0.1 && beside > 0.8, "{under} {beside}");
 }
 
+#[test]
+fn glass_is_darker_where_objects_stand_close() {
+    let (Some(example), true) = (example("transparent"), has_adapter()) else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let png = folder.path().join("out.png");
+    let picture = picture(Command::new(example).arg(&png), &png);
+    assert_eq!(picture.dimensions(), (640, 400));
+    // The pane's lower edge between tables, and its upper edge.
+    let (near, above) = (
+        brightness(&picture, 0.5, 0.60),
+        brightness(&picture, 0.5, 0.45),
+    );
+    println!("{near} {above}");
+    assert!(near < above - 0.05, "{near} {above}");
+}
+
 /// A display without a screen.
 struct Display {
     server: Child,
@@ -144,17 +162,24 @@ fn the_window_shows_an_object_and_its_shadow() {
     };
     let folder = tempfile::tempdir().unwrap();
     let png = folder.path().join("out.png");
-    let mut command = Command::new(example);
-    command
-        .arg("--screenshot")
-        .arg(&png)
-        .env("DISPLAY", &display.name);
-    let picture = picture(&mut command, &png);
-    // The floor beside the robot's foot, and far in front of it, both lit alike.
-    let (under, front) = (
-        brightness(&picture, 0.53, 0.635),
-        brightness(&picture, 0.5, 0.93),
-    );
-    println!("{under} {front}");
-    assert!(under < front - 0.05, "{under} {front}");
+    // Multiplied by raster, merged, and both in tiles.
+    let shadows = ["3", "4", "5", "6"].map(|key| {
+        let mut command = Command::new(&example);
+        command
+            .arg("--screenshot")
+            .arg(&png)
+            .arg(key)
+            .env("DISPLAY", &display.name);
+        let picture = picture(&mut command, &png);
+        // The floor beside the robot's foot, and far in front of it, both lit alike.
+        let (under, front) = (
+            brightness(&picture, 0.53, 0.635),
+            brightness(&picture, 0.5, 0.93),
+        );
+        println!("{key}: {under} {front}");
+        assert!(under < front - 0.05, "{key}: {under} {front}");
+        under
+    });
+    // Where one object alone is near, all ways are one: to a half and a byte.
+    assert!(shadows.iter().all(|s| (s - shadows[0]).abs() < 0.005));
 }

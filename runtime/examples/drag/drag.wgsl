@@ -34,6 +34,8 @@ fn gbuffer(in: Surface) -> GBuffer {
 @group(0) @binding(0) var positions: texture_2d<f32>;
 @group(0) @binding(1) var normals: texture_2d<f32>;
 @group(0) @binding(2) var transmittances: texture_2d<f32>;
+/// 1 for the channel that holds them, else 0.
+@group(0) @binding(3) var<uniform> channel: vec4f;
 
 @vertex
 fn whole_screen(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
@@ -48,7 +50,7 @@ fn compose(@builtin(position) pixel: vec4f) -> @location(0) vec4f {
         return vec4f(0.80, 0.86, 0.92, 1.0);
     }
     let n = 2.0 * textureLoad(normals, at, 0).xyz - 1.0;
-    let ambient = vec3f(0.62, 0.64, 0.68) * textureLoad(transmittances, at, 0).r;
+    let ambient = vec3f(0.62, 0.64, 0.68) * dot(textureLoad(transmittances, at, 0), channel);
     let lamp = vec3f(0.30, 0.28, 0.24) * max(0.0, dot(n, normalize(vec3f(0.4, 0.8, 0.5))));
     return vec4f(ambient + lamp, 1.0);
 }

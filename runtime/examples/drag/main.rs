@@ -4,16 +4,21 @@
 //! cargo run --release -p aogrid-runtime --example drag
 //! ```
 //!
-//! Left button: drag the object. 1: no occlusion, 2: occlusion alone, 3: cones. The title says how
-//! long a frame takes. `--screenshot OUT.png` draws a few frames, writes the last one and ends.
+//! Left button: drag the robot, to the table for example. 1: no occlusion, 2: occlusion alone,
+//! 3: cones, multiplied, 4: merged; 5 and 6 the same in tiles. The title says how long a frame takes.
+//! `--screenshot OUT.png` draws a few frames, writes the last one and ends; a digit after it is a key
+//! to press before.
 
 mod renderer;
+mod shadows;
 
 use std::error::Error;
 use std::sync::Arc;
 use std::time::Instant;
 
-use renderer::{Renderer, Shading};
+use aogrid_runtime::Combine;
+use renderer::Renderer;
+use shadows::Shading;
 use winit::application::ApplicationHandler;
 use winit::dpi::LogicalSize;
 use winit::event::{ElementState, MouseButton, WindowEvent};
@@ -27,15 +32,43 @@ const WARM_UP: u32 = 5;
 /// How much of a frame's time the shown average takes in.
 const SMOOTHING: f32 = 0.1;
 
+const KEYS: [KeyCode; 6] = [
+    KeyCode::Digit1,
+    KeyCode::Digit2,
+    KeyCode::Digit3,
+    KeyCode::Digit4,
+    KeyCode::Digit5,
+    KeyCode::Digit6,
+];
+
+/// What a digit stands for.
+fn shading(digit: usize) -> Option<Shading> {
+    let ways = [
+        Shading::None,
+        Shading::Occlusion,
+        Shading::Cone(Combine::Multiply),
+        Shading::Cone(Combine::Merge),
+        Shading::Tiled(Combine::Multiply),
+        Shading::Tiled(Combine::Merge),
+    ];
+    ways.get(digit.checked_sub(1)?).copied()
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let mut args = std::env::args().skip(1);
+    let usage = "usage: drag [--screenshot OUT.png [1..6]]";
     let screenshot = match (args.next().as_deref(), args.next()) {
         (None, _) => None,
         (Some("--screenshot"), Some(path)) => Some(path),
-        _ => return Err("usage: drag [--screenshot OUT.png]".into()),
+        _ => return Err(usage.into()),
     };
+    let key = args.next().map(|key| {
+        let key = key.parse().ok().and_then(shading);
+        key.ok_or(usage)
+    });
     let mut app = App {
         screenshot,
+        first: key.transpose()?,
         ..App::default()
     };
     EventLoop::new()?.run_app(&mut app)?;
@@ -46,6 +79,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 struct App {
     shown: Option<(Arc<Window>, Renderer)>,
     screenshot: Option<String>,
+    first: Option<Shading>,
     failure: Option<Box<dyn Error>>,
     cursor: [f32; 2],
     is_dragging: bool,
@@ -59,7 +93,10 @@ impl ApplicationHandler for App {
             return;
         }
         match open(event_loop) {
-            Ok(shown) => self.shown = Some(shown),
+            Ok((window, mut renderer)) => {
+                renderer.shading = self.first.unwrap_or(renderer.shading);
+                self.shown = Some((window, renderer));
+            }
             Err(error) => self.fail(event_loop, error),
         }
     }
@@ -85,10 +122,12 @@ impl ApplicationHandler for App {
                 self.is_dragging = state == ElementState::Pressed;
             }
             WindowEvent::KeyboardInput { event, .. } => match event.physical_key {
-                PhysicalKey::Code(KeyCode::Digit1) => renderer.shading = Shading::None,
-                PhysicalKey::Code(KeyCode::Digit2) => renderer.shading = Shading::Occlusion,
-                PhysicalKey::Code(KeyCode::Digit3) => renderer.shading = Shading::Cone,
                 PhysicalKey::Code(KeyCode::Escape) => event_loop.exit(),
+                PhysicalKey::Code(code) => {
+                    let key = KEYS.iter().position(|key| *key == code);
+                    let chosen = key.and_then(|idx| shading(idx + 1));
+                    renderer.shading = chosen.unwrap_or(renderer.shading);
+                }
                 _ => {}
             },
             WindowEvent::RedrawRequested => {
@@ -115,7 +154,7 @@ impl App {
         self.frames += 1;
         self.milliseconds += SMOOTHING * (milliseconds - self.milliseconds);
         let shown = self.milliseconds;
-        window.set_title(&format!("aogrid: {shown:.1} ms a frame; drag, 1, 2, 3"));
+        window.set_title(&format!("aogrid: {shown:.1} ms a frame; drag, 1 to 6"));
     }
 
     fn end_with_screenshot(&mut self, event_loop: &ActiveEventLoop) -> Result<(), Box<dyn Error>> {

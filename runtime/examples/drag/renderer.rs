@@ -4,35 +4,28 @@ use std::error::Error;
 use std::sync::Arc;
 
 use aogrid_bake_core::samples::Sample;
-use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, post};
-use aogrid_grid_format::{Encoding, Grid, Source};
-use aogrid_runtime::{
-    DepthTest, Frame, GridTexture, Instance, Mode, Normals, OcclusionPass, OcclusionPassDescriptor,
-    Output, Positions, Receivers,
-};
+use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, UNOBSERVED, post};
+use aogrid_grid_format::{Grid, Source};
+use aogrid_runtime::Combine;
 use glam::camera::rh::{proj::directx, view};
 use glam::{Mat4, Vec3, Vec4};
 use wgpu::util::DeviceExt;
 use winit::window::Window;
 
-/// How pixels are darkened.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shading {
-    None,
-    Occlusion,
-    Cone,
-}
+use crate::shadows::{BLENDED, STORED, Shading, Shadows, View};
 
 const POSITIONS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 const NORMALS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
-const TRANSMITTANCES: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
 
 /// Position and normal; w of the position is 1 for what moves.
 type Vertex = [f32; 7];
 
 /// Half the floor's side.
 const FLOOR: f32 = 3.0;
+
+/// Where the table stands.
+const TABLE: Vec3 = Vec3::new(1.5, 0.0, -0.9);
 
 pub struct Renderer {
     device: wgpu::Device,
@@ -45,9 +38,9 @@ pub struct Renderer {
     gbuffer: wgpu::RenderPipeline,
     compose: wgpu::RenderPipeline,
     to_screenshot: wgpu::RenderPipeline,
-    occlusion: OcclusionPass,
-    cone: OcclusionPass,
-    grid: GridTexture,
+    /// Which channel of the transmittances' texture holds them.
+    channel: wgpu::Buffer,
+    shadows: Shadows,
     targets: Targets,
     object: Vec3,
     pub shading: Shading,
@@ -58,7 +51,8 @@ struct Targets {
     positions: wgpu::TextureView,
     normals: wgpu::TextureView,
     depth: wgpu::TextureView,
-    transmittances: wgpu::TextureView,
+    blended: wgpu::TextureView,
+    stored: wgpu::TextureView,
 }
 
 impl Renderer {
@@ -92,25 +86,7 @@ impl Renderer {
                 resource: frame.as_entire_binding(),
             }],
         });
-        let (vertices, grid) = model()?;
-        let pass = |mode| {
-            let descriptor = OcclusionPassDescriptor {
-                label: format!("{mode:?}"),
-                mode,
-                output: Output::Transmittance,
-                target: TRANSMITTANCES,
-                positions: Positions::World,
-                normals: Normals::Unsigned,
-                receivers: Receivers::None,
-                depth: Some(DepthTest {
-                    format: DEPTH,
-                    compare: wgpu::CompareFunction::GreaterEqual,
-                }),
-                front_face: wgpu::FrontFace::Ccw,
-                encoding: Encoding::Cone,
-            };
-            OcclusionPass::new(&device, &queue, descriptor)
-        };
+        let (vertices, grids) = models()?;
         Ok(Self {
             vertices: device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("vertices"),
@@ -122,12 +98,16 @@ impl Renderer {
             gbuffer,
             compose: compose_pipeline(&device, &module, config.format),
             to_screenshot: compose_pipeline(&device, &module, wgpu::TextureFormat::Rgba8Unorm),
-            occlusion: pass(Mode::Occlusion)?,
-            cone: pass(Mode::Cone)?,
-            grid: GridTexture::new(&device, &queue, &grid, "robot")?,
+            channel: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("channel"),
+                size: 16,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }),
+            shadows: Shadows::new(&device, &queue, &grids, DEPTH)?,
             targets: Targets::new(&device, [width, height]),
             object: Vec3::ZERO,
-            shading: Shading::Cone,
+            shading: Shading::Cone(Combine::Multiply),
             device,
             queue,
             surface,
@@ -222,28 +202,28 @@ impl Renderer {
             .write_buffer(&self.frame, 0, bytemuck::cast_slice(&uniform));
 
         // Once a frame: what stands where.
-        let place = Mat4::from_translation(self.object).to_cols_array_2d();
-        let occluders = [(&self.grid, Instance::at(place))];
-        let frame = Frame {
+        let places = [self.object, TABLE].map(|at| Mat4::from_translation(at).to_cols_array_2d());
+        let targets = &self.targets;
+        let shadows_view = View {
             clip_from_world: clip_from_world.to_cols_array_2d(),
-            positions: &self.targets.positions,
-            normals: Some(&self.targets.normals),
-            receivers: None,
-            occluders: &occluders,
+            positions: &targets.positions,
+            normals: &targets.normals,
+            depth: &targets.depth,
+            blended: &targets.blended,
+            stored: &targets.stored,
         };
-        let pass = match self.shading {
-            Shading::None => None,
-            Shading::Occlusion => Some(&mut self.occlusion),
-            Shading::Cone => Some(&mut self.cone),
-        };
-        if let Some(pass) = pass {
-            pass.prepare(&self.device, &self.queue, &frame)?;
-        }
+        let (device, queue) = (&self.device, &self.queue);
+        self.shadows
+            .prepare(device, queue, self.shading, &shadows_view, &places)?;
 
         let mut encoder = self.device.create_command_encoder(&Default::default());
         self.draw_gbuffer(&mut encoder);
-        self.draw_occlusion(&mut encoder);
-        self.draw_composition(&mut encoder, view, compose);
+        let (transmittances, channel) =
+            self.shadows
+                .record(&mut encoder, self.shading, &shadows_view);
+        self.queue
+            .write_buffer(&self.channel, 0, bytemuck::cast_slice(&channel));
+        self.draw_composition(&mut encoder, view, compose, &transmittances);
         self.queue.submit([encoder.finish()]);
         Ok(())
     }
@@ -273,48 +253,25 @@ impl Renderer {
         pass.draw(0..count as u32, 0..1);
     }
 
-    /// Only this is aogrid's.
-    fn draw_occlusion(&self, encoder: &mut wgpu::CommandEncoder) {
-        let clear = wgpu::LoadOp::Clear(self.cone.clear_color());
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("occlusion"),
-            color_attachments: &[attachment(&self.targets.transmittances, clear)],
-            // No operations: it is only read.
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &self.targets.depth,
-                depth_ops: None,
-                stencil_ops: None,
-            }),
-            ..Default::default()
-        });
-        match self.shading {
-            Shading::None => {}
-            Shading::Occlusion => self.occlusion.draw(&mut pass),
-            Shading::Cone => self.cone.draw(&mut pass),
-        }
-    }
-
     fn draw_composition(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         view: &wgpu::TextureView,
         compose: &wgpu::RenderPipeline,
+        transmittances: &wgpu::TextureView,
     ) {
-        let Targets {
-            positions,
-            normals,
-            transmittances,
-            ..
-        } = &self.targets;
-        let entry = |(binding, view)| wgpu::BindGroupEntry {
-            binding,
-            resource: wgpu::BindingResource::TextureView(view),
-        };
-        let views = [positions, normals, transmittances];
+        let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
+        let texture = wgpu::BindingResource::TextureView;
+        let resources = [
+            texture(&self.targets.positions),
+            texture(&self.targets.normals),
+            texture(transmittances),
+            self.channel.as_entire_binding(),
+        ];
         let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("composition"),
             layout: &compose.get_bind_group_layout(0),
-            entries: &(0..).zip(views).map(entry).collect::<Vec<_>>(),
+            entries: &(0..).zip(resources).map(entry).collect::<Vec<_>>(),
         });
         let clear = wgpu::LoadOp::Clear(wgpu::Color::BLACK);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -343,31 +300,51 @@ impl Targets {
             positions: view(POSITIONS),
             normals: view(NORMALS),
             depth: view(DEPTH),
-            transmittances: view(TRANSMITTANCES),
+            blended: view(BLENDED),
+            stored: texture(
+                device,
+                size,
+                STORED,
+                wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
+            )
+            .create_view(&Default::default()),
         }
     }
 }
 
-/// The robot's vertices and the floor's, and the robot's grid, baked here and now.
-fn model() -> Result<(Vec<Vertex>, Grid), Box<dyn Error>> {
-    let mesh = Sample::Robot.mesh(None)?;
-    let (placement, options) = (Placement::default(), BakeOptions::recommended());
-    let spec = placement.place(&mesh.bounds())?;
-    let raw = aogrid_baker_cpu::bake(&mesh, spec, &options, UNOBSERVED)?;
-    let source = Source {
-        name: Sample::Robot.name().into(),
-        part: None,
-        blake3: "0".repeat(64),
-        triangles: mesh.triangles().len() as u64,
-    };
-    let grid = post::finish(raw, &placement, &options, source)?;
+/// The vertices of robot, table and floor, and the grids of both objects, baked here and now.
+fn models() -> Result<(Vec<Vertex>, Vec<Grid>), Box<dyn Error>> {
+    let [robot, table] = [Sample::Robot, Sample::Table].map(|sample| sample.mesh(None));
+    let (robot, table) = (robot?, table?);
     let f = FLOOR;
     let corners = [[-f, 0.0, f], [f, 0.0, f], [f, 0.0, -f], [-f, 0.0, -f]];
     let [a, b, c, d] = corners;
     let floor = [[a, b, c], [a, c, d]].into_iter();
-    let floor = floor.flat_map(|triangle| vertices(triangle, 0.0));
-    let robot = mesh.corners().flat_map(|triangle| vertices(triangle, 1.0));
-    Ok((robot.chain(floor).collect(), grid))
+    let table_there = table
+        .corners()
+        .map(|corners| corners.map(|p| (Vec3::from(p) + TABLE).to_array()));
+    let still = table_there
+        .chain(floor)
+        .flat_map(|triangle| vertices(triangle, 0.0));
+    let moving = robot.corners().flat_map(|triangle| vertices(triangle, 1.0));
+    let all = moving.chain(still).collect();
+    Ok((
+        all,
+        vec![bake(&robot, Sample::Robot)?, bake(&table, Sample::Table)?],
+    ))
+}
+
+fn bake(mesh: &TriangleMesh, sample: Sample) -> Result<Grid, Box<dyn Error>> {
+    let (placement, options) = (Placement::default(), BakeOptions::recommended());
+    let spec = placement.place(&mesh.bounds())?;
+    let raw = aogrid_baker_cpu::bake(mesh, spec, &options, UNOBSERVED)?;
+    let source = Source {
+        name: sample.name().into(),
+        part: None,
+        blake3: "0".repeat(64),
+        triangles: mesh.triangles().len() as u64,
+    };
+    Ok(post::finish(raw, &placement, &options, source)?)
 }
 
 /// A triangle with its own normal.

@@ -40,33 +40,23 @@ pub struct AogridTiles {
 }
 
 impl AogridAtlasOccluder {
-    /// An occluder with grid `grid` of an atlas, seen by a camera (view and projection, in columns)
-    /// whose picture has `size` pixels. None if the atlas has no such grid.
-    ///
-    /// # Errors
-    ///
-    /// As of [`AogridOccluder::new`].
-    pub fn new(
+    /// An occluder with a part of an atlas, seen by a camera whose picture has `size` pixels.
+    fn new(
         atlas: &GridAtlas,
-        grid: usize,
+        part: &Part,
         instance: &Instance,
         clip_from_world: [[f32; 4]; 4],
         size: [u32; 2],
-    ) -> Option<Result<Self, InstanceError>> {
-        let part = atlas.part(grid)?;
+    ) -> Result<Self, InstanceError> {
         let four = |[x, y, z]: [f32; 3]| [x, y, z, 0.0];
         let [scale, offset] = part.scale_and_offset();
-        let occluder = AogridOccluder::new(&part.spec, atlas.format(), instance);
-        let pixels = pixels(clip_from_world, part, instance, size);
-        Some(occluder.and_then(|occluder| {
-            Ok(Self {
-                occluder,
-                half_cell: four(part.half_cell()),
-                atlas_scale: four(scale),
-                atlas_offset: four(offset),
-                pixels: pixels?,
-            })
-        }))
+        Ok(Self {
+            occluder: AogridOccluder::new(&part.spec, atlas.format(), instance)?,
+            half_cell: four(part.half_cell()),
+            atlas_scale: four(scale),
+            atlas_offset: four(offset),
+            pixels: pixels(clip_from_world, part, instance, size)?,
+        })
     }
 }
 
@@ -120,13 +110,15 @@ impl Contents {
             if frame.atlas.encoding() != descriptor.encoding {
                 return Err(PrepareError::Encoding(idx));
             }
-            let (camera, size) = (frame.clip_from_world, tiles.size);
-            let made = AogridAtlasOccluder::new(frame.atlas, *grid, instance, camera, size);
-            made.ok_or(PrepareError::NoSuchGrid(idx))?
-                .map_err(|source| PrepareError::Instance {
+            let part = frame.atlas.part(*grid);
+            let part = part.ok_or(PrepareError::NoSuchGrid(idx))?;
+            let camera = frame.clip_from_world;
+            AogridAtlasOccluder::new(frame.atlas, part, instance, camera, tiles.size).map_err(
+                |source| PrepareError::Instance {
                     occluder: idx,
                     source,
-                })
+                },
+            )
         });
         Ok(Self {
             occluders: occluders.collect::<Result<_, _>>()?,

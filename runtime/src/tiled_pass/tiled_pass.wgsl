@@ -20,9 +20,9 @@ const CONE_AND_AXIS = 2u;
 /// Cones, merged.
 const MERGED = 3u;
 
-/// Rounding of a position in a grid's box, in parts of the terms that it is the sum of: eight
-/// roundings, where there are six.
-const POSITION_ROUNDING = 4.8e-7;
+/// Rounding of a position in a grid's box, and of what it is compared with, in parts of the terms
+/// that both are sums of: sixteen roundings of single floats, where there are ten.
+const POSITION_ROUNDING = 1e-6;
 
 @group(1) @binding(0) var<uniform> tiles: AogridTiles;
 /// All occluders, in the caller's order.

@@ -1,4 +1,4 @@
-use aogrid_runtime::{AogridOccluder, wgsl};
+use aogrid_runtime::{AogridAtlasOccluder, AogridOccluder, AogridTiles, wgsl};
 use std::mem::offset_of;
 
 /// Everything that the crate publishes or compiles, and how many entry points each has.
@@ -93,17 +93,22 @@ fn every_function_has_a_twin_of_the_same_name() {
     }
 }
 
+/// The members of a struct and their offsets, and its size.
+fn layout(module: &naga::Module, name: &str) -> (Vec<(String, usize)>, usize) {
+    let mut types = module.types.iter();
+    let (_, found) = types
+        .find(|(_, t)| t.name.as_deref() == Some(name))
+        .unwrap();
+    let naga::TypeInner::Struct { members, span } = &found.inner else {
+        panic!("it is a struct");
+    };
+    let member = |m: &naga::StructMember| (m.name.clone().unwrap(), m.offset as usize);
+    (members.iter().map(member).collect(), *span as usize)
+}
+
 #[test]
 fn the_occluder_is_laid_out_alike_in_rust_and_wgsl() {
     let module = parse("shading", wgsl::SHADING);
-    let (_, occluder) = module
-        .types
-        .iter()
-        .find(|(_, t)| t.name.as_deref() == Some("AogridOccluder"))
-        .unwrap();
-    let naga::TypeInner::Struct { members, span } = &occluder.inner else {
-        panic!("it is a struct");
-    };
     let expected = [
         ("grid_x", offset_of!(AogridOccluder, grid_x)),
         ("grid_y", offset_of!(AogridOccluder, grid_y)),
@@ -117,10 +122,33 @@ fn the_occluder_is_laid_out_alike_in_rust_and_wgsl() {
         ("strength", offset_of!(AogridOccluder, strength)),
         ("weakness", offset_of!(AogridOccluder, weakness)),
     ];
-    let found: Vec<_> = members
-        .iter()
-        .map(|m| (m.name.as_deref().unwrap(), m.offset as usize))
-        .collect();
-    assert_eq!(found, expected);
-    assert_eq!(*span as usize, size_of::<AogridOccluder>());
+    let (found, size) = layout(&module, "AogridOccluder");
+    assert_eq!(found, expected.map(|(name, at)| (name.to_owned(), at)));
+    assert_eq!(size, size_of::<AogridOccluder>());
+}
+
+#[test]
+fn occluders_in_atlases_and_tiles_are_laid_out_alike_in_rust_and_wgsl() {
+    let module = parse("shading", wgsl::SHADING);
+    let expected = [
+        ("occluder", offset_of!(AogridAtlasOccluder, occluder)),
+        ("half_cell", offset_of!(AogridAtlasOccluder, half_cell)),
+        ("atlas_scale", offset_of!(AogridAtlasOccluder, atlas_scale)),
+        (
+            "atlas_offset",
+            offset_of!(AogridAtlasOccluder, atlas_offset),
+        ),
+        ("pixels", offset_of!(AogridAtlasOccluder, pixels)),
+    ];
+    let (found, size) = layout(&module, "AogridAtlasOccluder");
+    assert_eq!(found, expected.map(|(name, at)| (name.to_owned(), at)));
+    assert_eq!(size, size_of::<AogridAtlasOccluder>());
+    let expected = [
+        ("size", offset_of!(AogridTiles, size)),
+        ("words", offset_of!(AogridTiles, words)),
+        ("occluders", offset_of!(AogridTiles, occluders)),
+    ];
+    let (found, size) = layout(&module, "AogridTiles");
+    assert_eq!(found, expected.map(|(name, at)| (name.to_owned(), at)));
+    assert_eq!(size, size_of::<AogridTiles>());
 }

@@ -1,0 +1,422 @@
+//! What many occluders cost, by raster and in tiles, and that neither an occluder's triangles nor
+//! the scene's matter (RR-5779, figure 14). Prints two tables.
+//!
+//! ```sh
+//! cargo bench -p aogrid-runtime --bench many_occluders
+//! ```
+//!
+//! Ways alternate within each round, and medians are compared: a machine that is busy with something
+//! else slows all of them alike.
+
+use std::error::Error;
+use std::time::Instant;
+
+use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, UNOBSERVED, post};
+use aogrid_baker_cpu::Occluder;
+use aogrid_grid_format::{Encoding, Grid, Source};
+use aogrid_runtime::{
+    Combine, Frame, GridAtlas, GridTexture, Instance, MergePass, MergePassDescriptor, Mode,
+    Normals, OcclusionPass, OcclusionPassDescriptor, Output, Positions, Receivers, TileLists,
+    TiledFrame, TiledPass, TiledPassDescriptor,
+};
+use glam::camera::rh::{proj::directx, view};
+use glam::{Mat4, Vec3, Vec4};
+use wgpu::util::DeviceExt;
+
+const SIZE: [u32; 2] = [512, 384];
+
+/// Half the floor's side.
+const FLOOR: f32 = 4.0;
+
+/// Rounds of which the median is taken, after one that warms up.
+const ROUNDS: usize = 9;
+
+const COUNTS: [usize; 5] = [1, 10, 40, 200, 1000];
+
+const FLOATS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let gpu = Gpu::new()?;
+    println!("{}, {} x {} pixels", gpu.name, SIZE[0], SIZE[1]);
+    let grids = [
+        grid(&Sample::Table.mesh(None)?)?,
+        grid(&Sample::Torus.mesh(None)?)?,
+    ];
+    let flat = gbuffer(&gpu, &floor(1)?);
+    println!("\nmilliseconds (median of {ROUNDS}), and in tiles over by raster");
+    println!(
+        "{:>9} {:>8} {:>8} {:>6} {:>9} {:>8} {:>6}",
+        "occluders", "multiply", "in tiles", "ratio", "merge", "in tiles", "ratio"
+    );
+    for count in COUNTS {
+        let [multiply, tiled_multiply, merge, tiled_merge] = Stage {
+            gpu: &gpu,
+            views: &flat,
+            grids: &grids,
+            occluders: &crowd(count),
+        }
+        .measure()?;
+        let (first, second) = (tiled_multiply / multiply, tiled_merge / merge);
+        println!(
+            "{count:>9} {multiply:>8.2} {tiled_multiply:>8.2} {first:>6.2} {merge:>9.2} \
+             {tiled_merge:>8.2} {second:>6.2}"
+        );
+    }
+    println!("\nten occluders: milliseconds by raster and in tiles, multiplied and merged");
+    for triangles in [1_200, 20_000, 300_000] {
+        let mesh = Sample::Torus.mesh(Some(triangles))?;
+        let grids = [grid(&mesh)?];
+        let name = format!("{} triangles an occluder", mesh.triangles().len());
+        compare(&gpu, &name, &flat, &grids)?;
+    }
+    for cells in [1, 100, 500] {
+        let mesh = floor(cells)?;
+        let name = format!("{} triangles of scene", mesh.triangles().len());
+        compare(&gpu, &name, &gbuffer(&gpu, &mesh), &grids)?;
+    }
+    Ok(())
+}
+
+fn compare(gpu: &Gpu, name: &str, views: &Views, grids: &[Grid]) -> Result<(), Box<dyn Error>> {
+    let mut occluders = crowd(10);
+    occluders
+        .iter_mut()
+        .for_each(|(grid, _)| *grid %= grids.len());
+    let stage = Stage {
+        gpu,
+        views,
+        grids,
+        occluders: &occluders,
+    };
+    let [multiply, tiled_multiply, merge, tiled_merge] = stage.measure()?;
+    println!("{name:>28} {multiply:>8.2} {tiled_multiply:>8.2} {merge:>8.2} {tiled_merge:>8.2}");
+    Ok(())
+}
+
+struct Gpu {
+    name: String,
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+}
+
+impl Gpu {
+    fn new() -> Result<Self, Box<dyn Error>> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let adapter = pollster::block_on(instance.request_adapter(&Default::default()))?;
+        let wanted = wgpu::DeviceDescriptor {
+            required_features: wgpu::Features::FLOAT32_BLENDABLE & adapter.features(),
+            ..Default::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&wanted))?;
+        let name = adapter.get_info().name;
+        Ok(Self {
+            name,
+            device,
+            queue,
+        })
+    }
+
+    /// Records, submits, waits; in milliseconds.
+    fn time(&self, record: impl FnOnce(&mut wgpu::CommandEncoder)) -> f64 {
+        let start = Instant::now();
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        record(&mut encoder);
+        self.queue.submit([encoder.finish()]);
+        let _ = self.device.poll(wgpu::PollType::wait_indefinitely());
+        start.elapsed().as_secs_f64() * 1e3
+    }
+
+    fn texture(
+        &self,
+        format: wgpu::TextureFormat,
+        usage: wgpu::TextureUsages,
+    ) -> wgpu::TextureView {
+        let texture = self.device.create_texture(&descriptor(format, usage));
+        texture.create_view(&Default::default())
+    }
+
+    fn upload(&self, texels: &[[f32; 4]]) -> wgpu::TextureView {
+        let descriptor = descriptor(FLOATS, wgpu::TextureUsages::TEXTURE_BINDING);
+        let order = wgpu::util::TextureDataOrder::LayerMajor;
+        let bytes = bytemuck::cast_slice(texels);
+        let texture = self
+            .device
+            .create_texture_with_data(&self.queue, &descriptor, order, bytes);
+        texture.create_view(&Default::default())
+    }
+}
+
+fn descriptor(
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::TextureDescriptor<'static> {
+    wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d {
+            width: SIZE[0],
+            height: SIZE[1],
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    }
+}
+
+/// Positions and normals of what the camera sees.
+struct Views {
+    positions: wgpu::TextureView,
+    normals: wgpu::TextureView,
+}
+
+struct Stage<'a> {
+    gpu: &'a Gpu,
+    views: &'a Views,
+    grids: &'a [Grid],
+    occluders: &'a [(usize, Instance)],
+}
+
+impl Stage<'_> {
+    /// Medians: multiplied by raster and in tiles, merged by raster and in tiles.
+    fn measure(&self) -> Result<[f64; 4], Box<dyn Error>> {
+        let multiply = self.occlusion_pass()?;
+        let merge = self.merge_pass()?;
+        let tiled = [
+            self.tiled_pass(Combine::Multiply)?,
+            self.tiled_pass(Combine::Merge)?,
+        ];
+        let target = self
+            .gpu
+            .texture(blended(self.gpu), wgpu::TextureUsages::RENDER_ATTACHMENT);
+        let mut times = [const { vec![] }; 4];
+        for _ in 0..=ROUNDS {
+            times[0].push(self.gpu.time(|encoder| draw(encoder, &multiply, &target)));
+            times[1].push(self.gpu.time(|encoder| dispatch(encoder, &tiled[0])));
+            times[2].push(self.gpu.time(|encoder| merge.record(encoder, None)));
+            times[3].push(self.gpu.time(|encoder| dispatch(encoder, &tiled[1])));
+        }
+        Ok(times.map(|mut times| {
+            let after_warm_up = &mut times[1..];
+            after_warm_up.sort_by(f64::total_cmp);
+            after_warm_up[ROUNDS / 2]
+        }))
+    }
+
+    fn occlusion_pass(&self) -> Result<OcclusionPass, Box<dyn Error>> {
+        let Gpu { device, queue, .. } = self.gpu;
+        let descriptor = OcclusionPassDescriptor {
+            label: "multiply".into(),
+            mode: Mode::Cone,
+            output: Output::Transmittance,
+            target: blended(self.gpu),
+            positions: Positions::World,
+            normals: Normals::Signed,
+            receivers: Receivers::None,
+            depth: None,
+            front_face: wgpu::FrontFace::Ccw,
+            encoding: Encoding::Cone,
+        };
+        let mut pass = OcclusionPass::new(device, queue, descriptor)?;
+        self.with_frame(|frame| Ok(pass.prepare(device, queue, frame)?))?;
+        Ok(pass)
+    }
+
+    fn merge_pass(&self) -> Result<MergePass, Box<dyn Error>> {
+        let Gpu { device, queue, .. } = self.gpu;
+        let descriptor = MergePassDescriptor {
+            label: "merge".into(),
+            format: FLOATS,
+            positions: Positions::World,
+            normals: Normals::Signed,
+            receivers: Receivers::None,
+            depth: None,
+            front_face: wgpu::FrontFace::Ccw,
+        };
+        let mut pass = MergePass::new(device, queue, descriptor)?;
+        self.with_frame(|frame| Ok(pass.prepare(device, queue, frame)?))?;
+        Ok(pass)
+    }
+
+    fn with_frame(
+        &self,
+        prepare: impl FnOnce(&Frame<'_>) -> Result<(), Box<dyn Error>>,
+    ) -> Result<(), Box<dyn Error>> {
+        let Gpu { device, queue, .. } = self.gpu;
+        let textures = self
+            .grids
+            .iter()
+            .map(|g| GridTexture::new(device, queue, g, "grid"));
+        let textures = textures.collect::<Result<Vec<_>, _>>()?;
+        let occluders = self
+            .occluders
+            .iter()
+            .map(|(grid, i)| (&textures[*grid], *i));
+        prepare(&Frame {
+            clip_from_world: clip_from_world().to_cols_array_2d(),
+            positions: &self.views.positions,
+            normals: Some(&self.views.normals),
+            receivers: None,
+            occluders: &occluders.collect::<Vec<_>>(),
+        })
+    }
+
+    fn tiled_pass(&self, combine: Combine) -> Result<TiledPass, Box<dyn Error>> {
+        let Gpu { device, queue, .. } = self.gpu;
+        // As wide as what the raster pass beside it writes.
+        let (output, target) = match combine {
+            Combine::Multiply => (Output::Transmittance, wgpu::TextureFormat::R32Float),
+            Combine::Merge => (Output::TransmittanceAndAxis, FLOATS),
+        };
+        let descriptor = TiledPassDescriptor {
+            label: "tiled".into(),
+            mode: Mode::Cone,
+            combine,
+            output,
+            target,
+            positions: Positions::World,
+            normals: Normals::Signed,
+            receivers: Receivers::None,
+            encoding: Encoding::Cone,
+            lists: TileLists::Discarded,
+        };
+        let mut pass = TiledPass::new(device, queue, descriptor)?;
+        let grids: Vec<_> = self.grids.iter().collect();
+        let frame = TiledFrame {
+            clip_from_world: clip_from_world().to_cols_array_2d(),
+            positions: &self.views.positions,
+            normals: Some(&self.views.normals),
+            receivers: None,
+            atlas: &GridAtlas::new(device, queue, &grids, "grids")?,
+            occluders: self.occluders,
+            target: &self
+                .gpu
+                .texture(target, wgpu::TextureUsages::STORAGE_BINDING),
+        };
+        pass.prepare(device, queue, &frame)?;
+        Ok(pass)
+    }
+}
+
+/// The widest that the device can multiply into.
+fn blended(gpu: &Gpu) -> wgpu::TextureFormat {
+    match gpu
+        .device
+        .features()
+        .contains(wgpu::Features::FLOAT32_BLENDABLE)
+    {
+        true => wgpu::TextureFormat::R32Float,
+        false => wgpu::TextureFormat::R16Float,
+    }
+}
+
+fn draw(encoder: &mut wgpu::CommandEncoder, pass: &OcclusionPass, view: &wgpu::TextureView) {
+    let mut render_pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations {
+                load: wgpu::LoadOp::Clear(pass.clear_color()),
+                store: wgpu::StoreOp::Store,
+            },
+        })],
+        ..Default::default()
+    });
+    pass.draw(&mut render_pass);
+}
+
+fn dispatch(encoder: &mut wgpu::CommandEncoder, pass: &TiledPass) {
+    pass.dispatch(&mut encoder.begin_compute_pass(&Default::default()));
+}
+
+fn clip_from_world() -> Mat4 {
+    let aspect = SIZE[0] as f32 / SIZE[1] as f32;
+    directx::perspective(0.8, aspect, 0.1, 50.0)
+        * view::look_at_mat4(Vec3::new(0.0, 5.0, 7.0), Vec3::ZERO, Vec3::Y)
+}
+
+/// What a ray through each pixel hits.
+fn gbuffer(gpu: &Gpu, mesh: &TriangleMesh) -> Views {
+    let scene = Occluder::new(mesh);
+    let world_from_clip = clip_from_world().inverse();
+    let corners: Vec<_> = mesh.corners().collect();
+    let (mut positions, mut normals) = (vec![], vec![]);
+    for (x, y) in (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))) {
+        let ndc = [
+            2.0 * (x as f32 + 0.5) / SIZE[0] as f32 - 1.0,
+            1.0 - 2.0 * (y as f32 + 0.5) / SIZE[1] as f32,
+        ];
+        let at = |depth| (world_from_clip * Vec4::new(ndc[0], ndc[1], depth, 1.0)).project();
+        let (near, far) = (at(0.0).as_dvec3(), at(1.0).as_dvec3());
+        let along = (far - near).normalize();
+        let hit = scene.nearest(near.to_array(), along.to_array());
+        let (position, normal) = hit.map_or((Vec3::NAN, Vec3::Y), |hit| {
+            let [a, b, c] = corners[hit.triangle as usize].map(Vec3::from);
+            let normal = (b - a).cross(c - a).normalize();
+            ((near + along * hit.distance).as_vec3(), normal)
+        });
+        positions.push(position.extend(1.0).to_array());
+        normals.push(normal.extend(0.0).to_array());
+    }
+    Views {
+        positions: gpu.upload(&positions),
+        normals: gpu.upload(&normals),
+    }
+}
+
+/// A slightly wavy floor of so many cells along each side.
+fn floor(cells: u32) -> Result<TriangleMesh, Box<dyn Error>> {
+    let n = cells + 1;
+    let vertex = |i: u32| {
+        let [x, z] = [i % n, i / n].map(|k| (2.0 * k as f32 / cells as f32 - 1.0) * FLOOR);
+        let wave = if cells > 1 {
+            0.05 * (3.0 * x).sin() * (3.0 * z).sin()
+        } else {
+            0.0
+        };
+        [x, wave, z]
+    };
+    let triangles = (0..cells * cells).flat_map(|cell| {
+        let a = cell / cells * n + cell % cells;
+        [[a, a + n, a + 1], [a + 1, a + n, a + n + 1]]
+    });
+    let positions = (0..n * n).map(vertex).collect();
+    Ok(TriangleMesh::new(positions, triangles.collect(), vec![])?)
+}
+
+fn grid(mesh: &TriangleMesh) -> Result<Grid, Box<dyn Error>> {
+    let (placement, options) = (Placement::default(), BakeOptions::recommended());
+    let spec = placement.place(&mesh.bounds())?;
+    let raw = aogrid_baker_cpu::bake(mesh, spec, &options, UNOBSERVED)?;
+    let source = Source {
+        name: "sample".into(),
+        part: None,
+        blake3: "0".repeat(64),
+        triangles: mesh.triangles().len() as u64,
+    };
+    Ok(post::finish(raw, &placement, &options, source)?)
+}
+
+/// Objects on the floor, alike in size whatever their number: the more, the more overlap.
+fn crowd(count: usize) -> Vec<(usize, Instance)> {
+    let place = |i: usize| {
+        // Numbers without a common measure spread evenly.
+        let [x, z, turn] =
+            [0.754_877_67, 0.569_840_3, 0.618_034].map(|step| (i as f32 * step).fract());
+        let at = Vec3::new(
+            (2.0 * x - 1.0) * 0.9 * FLOOR,
+            0.0,
+            (2.0 * z - 1.0) * 0.9 * FLOOR,
+        );
+        Mat4::from_translation(at)
+            * Mat4::from_rotation_y(turn * std::f32::consts::TAU)
+            * Mat4::from_scale(Vec3::splat(0.3))
+    };
+    (0..count)
+        .map(|i| (i % 2, Instance::at(place(i).to_cols_array_2d())))
+        .collect()
+}

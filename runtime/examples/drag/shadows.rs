@@ -1,0 +1,212 @@
+//! All that is aogrid's: the passes, one for each way to shade, and the grids.
+
+use std::error::Error;
+
+use aogrid_grid_format::{Encoding, Grid};
+use aogrid_runtime::{
+    Combine, DepthTest, Frame, GridAtlas, GridTexture, Instance, MergePass, MergePassDescriptor,
+    Mode, Normals, OcclusionPass, OcclusionPassDescriptor, Output, Positions, Receivers, TileLists,
+    TiledFrame, TiledPass, TiledPassDescriptor,
+};
+
+/// How pixels are darkened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shading {
+    None,
+    /// Without regard to normals, multiplied by raster.
+    Occlusion,
+    /// Cones, by raster.
+    Cone(Combine),
+    /// Cones, in tiles.
+    Tiled(Combine),
+}
+
+/// What the passes read: world positions and normals as (n + 1)/2.
+pub struct View<'a> {
+    pub clip_from_world: [[f32; 4]; 4],
+    pub positions: &'a wgpu::TextureView,
+    pub normals: &'a wgpu::TextureView,
+    pub depth: &'a wgpu::TextureView,
+    /// What raster multiplies into.
+    pub blended: &'a wgpu::TextureView,
+    /// What tiles are written to.
+    pub stored: &'a wgpu::TextureView,
+}
+
+pub const BLENDED: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
+pub const STORED: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
+
+pub struct Shadows {
+    occlusion: OcclusionPass,
+    multiply: OcclusionPass,
+    merge: MergePass,
+    tiled_multiply: TiledPass,
+    tiled_merge: TiledPass,
+    grids: Vec<GridTexture>,
+    atlas: GridAtlas,
+}
+
+impl Shadows {
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        grids: &[Grid],
+        depth: wgpu::TextureFormat,
+    ) -> Result<Self, Box<dyn Error>> {
+        let depth = Some(DepthTest {
+            format: depth,
+            compare: wgpu::CompareFunction::GreaterEqual,
+        });
+        let by_raster = |mode| {
+            let descriptor = OcclusionPassDescriptor {
+                label: format!("{mode:?}"),
+                mode,
+                output: Output::Transmittance,
+                target: BLENDED,
+                positions: Positions::World,
+                normals: Normals::Unsigned,
+                receivers: Receivers::None,
+                depth,
+                front_face: wgpu::FrontFace::Ccw,
+                encoding: Encoding::Cone,
+            };
+            OcclusionPass::new(device, queue, descriptor)
+        };
+        let in_tiles = |combine| {
+            let descriptor = TiledPassDescriptor {
+                label: format!("{combine:?} in tiles"),
+                mode: Mode::Cone,
+                combine,
+                output: Output::Transmittance,
+                target: STORED,
+                positions: Positions::World,
+                normals: Normals::Unsigned,
+                receivers: Receivers::None,
+                encoding: Encoding::Cone,
+                lists: TileLists::Discarded,
+            };
+            TiledPass::new(device, queue, descriptor)
+        };
+        let merge = MergePassDescriptor {
+            label: "Merge".into(),
+            format: wgpu::TextureFormat::Rgba16Float,
+            positions: Positions::World,
+            normals: Normals::Unsigned,
+            receivers: Receivers::None,
+            depth,
+            front_face: wgpu::FrontFace::Ccw,
+        };
+        let textures = grids
+            .iter()
+            .map(|grid| GridTexture::new(device, queue, grid, "grid"));
+        Ok(Self {
+            occlusion: by_raster(Mode::Occlusion)?,
+            multiply: by_raster(Mode::Cone)?,
+            merge: MergePass::new(device, queue, merge)?,
+            tiled_multiply: in_tiles(Combine::Multiply)?,
+            tiled_merge: in_tiles(Combine::Merge)?,
+            grids: textures.collect::<Result<_, _>>()?,
+            atlas: GridAtlas::new(device, queue, &grids.iter().collect::<Vec<_>>(), "grids")?,
+        })
+    }
+
+    /// Once a frame: what stands where, a grid each.
+    pub fn prepare(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        shading: Shading,
+        view: &View<'_>,
+        places: &[[[f32; 4]; 4]],
+    ) -> Result<(), Box<dyn Error>> {
+        let instances = || places.iter().map(|place| Instance::at(*place));
+        let by_raster: Vec<_> = self.grids.iter().zip(instances()).collect();
+        let in_tiles: Vec<_> = instances().enumerate().collect();
+        let frame = Frame {
+            clip_from_world: view.clip_from_world,
+            positions: view.positions,
+            normals: Some(view.normals),
+            receivers: None,
+            occluders: &by_raster,
+        };
+        let tiled = TiledFrame {
+            clip_from_world: view.clip_from_world,
+            positions: view.positions,
+            normals: Some(view.normals),
+            receivers: None,
+            atlas: &self.atlas,
+            occluders: &in_tiles,
+            target: view.stored,
+        };
+        match shading {
+            Shading::None => {}
+            Shading::Occlusion => self.occlusion.prepare(device, queue, &frame)?,
+            Shading::Cone(Combine::Multiply) => self.multiply.prepare(device, queue, &frame)?,
+            Shading::Cone(Combine::Merge) => self.merge.prepare(device, queue, &frame)?,
+            Shading::Tiled(Combine::Multiply) => {
+                self.tiled_multiply.prepare(device, queue, &tiled)?;
+            }
+            Shading::Tiled(Combine::Merge) => self.tiled_merge.prepare(device, queue, &tiled)?,
+        }
+        Ok(())
+    }
+
+    /// Records what was prepared. Where the transmittance is then: a texture, and its channel.
+    pub fn record(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        shading: Shading,
+        view: &View<'_>,
+    ) -> (wgpu::TextureView, [f32; 4]) {
+        const FIRST: [f32; 4] = [1.0, 0.0, 0.0, 0.0];
+        const LAST: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
+        let tiled = match shading {
+            Shading::Tiled(Combine::Multiply) => &self.tiled_multiply,
+            Shading::Tiled(Combine::Merge) => &self.tiled_merge,
+            Shading::Cone(Combine::Merge) => {
+                self.merge.record(encoder, Some(view.depth));
+                let result = self.merge.result().unwrap_or(view.blended);
+                return (result.clone(), LAST);
+            }
+            Shading::None | Shading::Occlusion | Shading::Cone(Combine::Multiply) => {
+                self.multiply_by_raster(encoder, shading, view);
+                return (view.blended.clone(), FIRST);
+            }
+        };
+        tiled.dispatch(&mut encoder.begin_compute_pass(&Default::default()));
+        (view.stored.clone(), FIRST)
+    }
+
+    fn multiply_by_raster(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        shading: Shading,
+        view: &View<'_>,
+    ) {
+        let attachment = wgpu::RenderPassColorAttachment {
+            view: view.blended,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations {
+                load: wgpu::LoadOp::Clear(self.multiply.clear_color()),
+                store: wgpu::StoreOp::Store,
+            },
+        };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("occlusion"),
+            color_attachments: &[Some(attachment)],
+            // No operations: it is only read.
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: view.depth,
+                depth_ops: None,
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+        match shading {
+            Shading::Occlusion => self.occlusion.draw(&mut pass),
+            Shading::Cone(_) => self.multiply.draw(&mut pass),
+            Shading::None | Shading::Tiled(_) => {}
+        }
+    }
+}

@@ -1,0 +1,445 @@
+//! Glass amid objects, shaded by the lists of the tiled pass: what a G-buffer does not show.
+//!
+//! ```sh
+//! cargo run --release -p aogrid-runtime --example transparent -- glass.png
+//! ```
+
+use std::error::Error;
+
+use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, post};
+use aogrid_grid_format::{Encoding, Grid, Source};
+use aogrid_runtime::{
+    Combine, GridAtlas, Instance, Mode, Normals, Output, Positions, Receivers, TileLists,
+    TiledFrame, TiledPass, TiledPassDescriptor, wgsl,
+};
+use glam::camera::rh::{proj::directx, view};
+use glam::{Mat4, Vec3};
+use wgpu::util::DeviceExt;
+
+/// Copies want rows of a multiple of 256 bytes, 64 pixels.
+const SIZE: [u32; 2] = [640, 400];
+
+const FLOATS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+const HALVES: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+/// Position and normal.
+type Vertex = [[f32; 3]; 2];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let path = std::env::args()
+        .nth(1)
+        .ok_or("usage: transparent OUT.png")?;
+    let pixels = pollster::block_on(draw())?;
+    image::save_buffer(path, &pixels, SIZE[0], SIZE[1], image::ColorType::Rgba8)?;
+    Ok(())
+}
+
+async fn draw() -> Result<Vec<u8>, Box<dyn Error>> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let adapter = instance.request_adapter(&Default::default()).await?;
+    let (device, queue) = &adapter.request_device(&Default::default()).await?;
+    let aspect = SIZE[0] as f32 / SIZE[1] as f32;
+    let clip_from_world = directx::perspective(0.62, aspect, 0.1, 30.0)
+        * view::look_at_mat4(Vec3::new(1.6, 2.3, 5.2), Vec3::new(0.0, 0.35, 0.2), Vec3::Y);
+
+    // What any renderer has: a G-buffer of what is opaque.
+    let (grids, occluders, vertices) = models()?;
+    let target = |format, usage| texture(device, format, usage).create_view(&Default::default());
+    let read = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
+    let (positions, normals) = (target(FLOATS, read), target(HALVES, read));
+    let depth = target(DEPTH, wgpu::TextureUsages::RENDER_ATTACHMENT);
+    let left = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
+    let left = target(HALVES, left);
+
+    // The tiled pass shades it, and keeps its lists.
+    let descriptor = TiledPassDescriptor {
+        label: "proximity shadows".into(),
+        mode: Mode::Cone,
+        combine: Combine::Merge,
+        output: Output::TransmittanceAndAxis,
+        target: HALVES,
+        positions: Positions::World,
+        normals: Normals::Signed,
+        receivers: Receivers::None,
+        encoding: Encoding::Cone,
+        lists: TileLists::Kept,
+    };
+    let mut tiled = TiledPass::new(device, queue, descriptor)?;
+    let atlas = GridAtlas::new(device, queue, &grids.iter().collect::<Vec<_>>(), "grids")?;
+    let frame = TiledFrame {
+        clip_from_world: clip_from_world.to_cols_array_2d(),
+        positions: &positions,
+        normals: Some(&normals),
+        receivers: None,
+        atlas: &atlas,
+        occluders: &occluders,
+        target: &left,
+    };
+    tiled.prepare(device, queue, &frame)?;
+    let lists = tiled.lists().ok_or("nothing was prepared")?;
+
+    let pipelines = Pipelines::new(device, tiled.lists_layout());
+    let camera = buffer(
+        device,
+        wgpu::BufferUsages::UNIFORM,
+        bytemuck::bytes_of(&clip_from_world),
+    );
+    let for_gbuffer = pipelines.camera(device, &camera);
+    let for_picture = pipelines.all(device, &camera, [&left, &normals]);
+    let opaque = buffer(
+        device,
+        wgpu::BufferUsages::VERTEX,
+        bytemuck::cast_slice(&vertices),
+    );
+    let glass = buffer(
+        device,
+        wgpu::BufferUsages::VERTEX,
+        bytemuck::cast_slice(&pane()),
+    );
+    let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+    let picture = texture(device, PICTURE, usage);
+
+    let mut encoder = device.create_command_encoder(&Default::default());
+    {
+        let depth = Some(depth_attachment(&depth, wgpu::LoadOp::Clear(1.0)));
+        let targets = [attachment(&positions), attachment(&normals)];
+        let mut pass = render_pass(&mut encoder, &targets, depth);
+        pass.set_pipeline(&pipelines.gbuffer);
+        pass.set_bind_group(0, &for_gbuffer, &[]);
+        pass.set_vertex_buffer(0, opaque.slice(..));
+        pass.draw(0..vertices.len() as u32, 0..1);
+    }
+    tiled.dispatch(&mut encoder.begin_compute_pass(&Default::default()));
+    {
+        let depth = Some(depth_attachment(&depth, wgpu::LoadOp::Load));
+        let view = picture.create_view(&Default::default());
+        let targets = [attachment(&view)];
+        let mut pass = render_pass(&mut encoder, &targets, depth);
+        pass.set_bind_group(0, &for_picture, &[]);
+        pass.set_bind_group(1, lists, &[]);
+        pass.set_pipeline(&pipelines.opaque);
+        pass.draw(0..3, 0..1);
+        pass.set_pipeline(&pipelines.glass);
+        pass.set_vertex_buffer(0, glass.slice(..));
+        pass.draw(0..6, 0..1);
+    }
+    read_back(device, queue, encoder, &picture)
+}
+
+/// Grids, who stands where, and all opaque triangles in world space: a ring of objects on a floor.
+type Models = (Vec<Grid>, Vec<(usize, Instance)>, Vec<Vertex>);
+
+fn models() -> Result<Models, Box<dyn Error>> {
+    const COUNT: usize = 24;
+    let meshes = [Sample::Torus.mesh(None)?, Sample::Table.mesh(None)?];
+    let mut grids = vec![];
+    for mesh in &meshes {
+        let (placement, options) = (Placement::default(), BakeOptions::recommended());
+        let spec = placement.place(&mesh.bounds())?;
+        let raw = aogrid_baker_cpu::bake(mesh, spec, &options, UNOBSERVED)?;
+        let source = Source {
+            name: "sample".into(),
+            part: None,
+            blake3: "0".repeat(64),
+            triangles: mesh.triangles().len() as u64,
+        };
+        grids.push(post::finish(raw, &placement, &options, source)?);
+    }
+    let (mut occluders, mut vertices) = (vec![], vec![]);
+    vertices.extend(quad(
+        [
+            Vec3::new(-4.0, 0.0, 4.0),
+            Vec3::new(4.0, 0.0, 4.0),
+            Vec3::new(4.0, 0.0, -4.0),
+        ],
+        Vec3::Y,
+    ));
+    for i in 0..COUNT {
+        let angle = i as f32 / COUNT as f32 * std::f32::consts::TAU;
+        let ring = if i % 2 == 0 { 1.5 } else { 0.75 };
+        let at = Vec3::new(ring * angle.cos(), 0.0, ring * angle.sin());
+        let place = Mat4::from_translation(at)
+            * Mat4::from_rotation_y(angle)
+            * Mat4::from_scale(Vec3::splat(0.32));
+        occluders.push((i % 2, Instance::at(place.to_cols_array_2d())));
+        for corners in meshes[i % 2].corners() {
+            let [a, b, c] = corners.map(|p| place.transform_point3(p.into()));
+            let n = (b - a).cross(c - a).normalize_or_zero();
+            vertices.extend([a, b, c].map(|p| [p.to_array(), n.to_array()]));
+        }
+    }
+    Ok((grids, occluders, vertices))
+}
+
+/// A pane across the ring, seen from the front.
+fn pane() -> [Vertex; 6] {
+    let [left, right, bottom, top, z] = [-1.1, 1.1, 0.02, 0.75, 0.35];
+    let corners = [
+        Vec3::new(left, bottom, z),
+        Vec3::new(right, bottom, z),
+        Vec3::new(right, top, z),
+    ];
+    quad(corners, Vec3::Z)
+}
+
+/// A parallelogram from three of its corners.
+fn quad([a, b, c]: [Vec3; 3], normal: Vec3) -> [Vertex; 6] {
+    let d = a + c - b;
+    [a, b, c, a, c, d].map(|p| [p.to_array(), normal.to_array()])
+}
+
+struct Pipelines {
+    gbuffer: wgpu::RenderPipeline,
+    opaque: wgpu::RenderPipeline,
+    glass: wgpu::RenderPipeline,
+    camera: wgpu::BindGroupLayout,
+    all: wgpu::BindGroupLayout,
+}
+
+impl Pipelines {
+    fn new(device: &wgpu::Device, lists: &wgpu::BindGroupLayout) -> Self {
+        let own = include_str!("transparent.wgsl");
+        let source = [wgsl::SHADING, &wgsl::tile_lists(1), own].concat();
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: None,
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        });
+        let entries = [uniform(0), loaded(1), loaded(2)];
+        let (camera, all) = (layout(device, &entries[..1]), layout(device, &entries));
+        let blend = Some(wgpu::BlendState::ALPHA_BLENDING);
+        let plain = |format: wgpu::TextureFormat| Some(format.into());
+        let seen = |compare, writes| wgpu::DepthStencilState {
+            format: DEPTH,
+            depth_write_enabled: Some(writes),
+            depth_compare: Some(compare),
+            stencil: Default::default(),
+            bias: Default::default(),
+        };
+        let make =
+            |layouts: &[&wgpu::BindGroupLayout], entry_points: [&str; 2], targets: &[_], depth| {
+                let layouts: Vec<_> = layouts.iter().copied().map(Some).collect();
+                let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                    label: None,
+                    bind_group_layouts: &layouts,
+                    immediate_size: 0,
+                });
+                let has_vertices = entry_points[0] == "surface";
+                device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                    label: Some(entry_points[1]),
+                    layout: Some(&layout),
+                    vertex: wgpu::VertexState {
+                        module: &module,
+                        entry_point: Some(entry_points[0]),
+                        compilation_options: Default::default(),
+                        buffers: if has_vertices { &[VERTICES] } else { &[] },
+                    },
+                    primitive: Default::default(),
+                    depth_stencil: Some(depth),
+                    multisample: Default::default(),
+                    fragment: Some(wgpu::FragmentState {
+                        module: &module,
+                        entry_point: Some(entry_points[1]),
+                        compilation_options: Default::default(),
+                        targets,
+                    }),
+                    multiview_mask: None,
+                    cache: None,
+                })
+            };
+        use wgpu::CompareFunction::{Always, Less};
+        let glass = wgpu::ColorTargetState {
+            blend,
+            ..PICTURE.into()
+        };
+        Self {
+            gbuffer: make(
+                &[&camera],
+                ["surface", "gbuffer"],
+                &[plain(FLOATS), plain(HALVES)],
+                seen(Less, true),
+            ),
+            opaque: make(
+                &[&all],
+                ["whole_screen", "opaque"],
+                &[plain(PICTURE)],
+                seen(Always, false),
+            ),
+            glass: make(
+                &[&all, lists],
+                ["surface", "glass"],
+                &[Some(glass)],
+                seen(Less, false),
+            ),
+            camera,
+            all,
+        }
+    }
+
+    fn camera(&self, device: &wgpu::Device, camera: &wgpu::Buffer) -> wgpu::BindGroup {
+        group(device, &self.camera, [camera.as_entire_binding()])
+    }
+
+    fn all(
+        &self,
+        device: &wgpu::Device,
+        camera: &wgpu::Buffer,
+        views: [&wgpu::TextureView; 2],
+    ) -> wgpu::BindGroup {
+        let [left, normals] = views.map(wgpu::BindingResource::TextureView);
+        group(
+            device,
+            &self.all,
+            [camera.as_entire_binding(), left, normals],
+        )
+    }
+}
+
+const VERTICES: Option<wgpu::VertexBufferLayout<'static>> = Some(wgpu::VertexBufferLayout {
+    array_stride: size_of::<Vertex>() as u64,
+    step_mode: wgpu::VertexStepMode::Vertex,
+    attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3],
+});
+
+fn uniform(binding: u32) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::VERTEX,
+        ty: wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+        count: None,
+    }
+}
+
+fn loaded(binding: u32) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::FRAGMENT,
+        ty: wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: false },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        },
+        count: None,
+    }
+}
+
+fn layout(device: &wgpu::Device, entries: &[wgpu::BindGroupLayoutEntry]) -> wgpu::BindGroupLayout {
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: None,
+        entries,
+    })
+}
+
+fn group<const N: usize>(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    resources: [wgpu::BindingResource<'_>; N],
+) -> wgpu::BindGroup {
+    let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
+    let entries: Vec<_> = (0..).zip(resources).map(entry).collect();
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout,
+        entries: &entries,
+    })
+}
+
+fn buffer(device: &wgpu::Device, usage: wgpu::BufferUsages, contents: &[u8]) -> wgpu::Buffer {
+    let descriptor = wgpu::util::BufferInitDescriptor {
+        label: None,
+        contents,
+        usage,
+    };
+    device.create_buffer_init(&descriptor)
+}
+
+fn texture(
+    device: &wgpu::Device,
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    let [width, height] = SIZE;
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d {
+            width,
+            height,
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
+}
+
+fn attachment(view: &wgpu::TextureView) -> Option<wgpu::RenderPassColorAttachment<'_>> {
+    Some(wgpu::RenderPassColorAttachment {
+        view,
+        depth_slice: None,
+        resolve_target: None,
+        ops: wgpu::Operations {
+            load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+            store: wgpu::StoreOp::Store,
+        },
+    })
+}
+
+fn depth_attachment(
+    view: &wgpu::TextureView,
+    load: wgpu::LoadOp<f32>,
+) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+    let store = wgpu::StoreOp::Store;
+    wgpu::RenderPassDepthStencilAttachment {
+        view,
+        depth_ops: Some(wgpu::Operations { load, store }),
+        stencil_ops: None,
+    }
+}
+
+fn render_pass<'a>(
+    encoder: &'a mut wgpu::CommandEncoder,
+    color_attachments: &[Option<wgpu::RenderPassColorAttachment<'_>>],
+    depth_stencil_attachment: Option<wgpu::RenderPassDepthStencilAttachment<'_>>,
+) -> wgpu::RenderPass<'a> {
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        color_attachments,
+        depth_stencil_attachment,
+        ..Default::default()
+    })
+}
+
+fn read_back(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    mut encoder: wgpu::CommandEncoder,
+    picture: &wgpu::Texture,
+) -> Result<Vec<u8>, Box<dyn Error>> {
+    let rows = device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: u64::from(4 * SIZE[0] * SIZE[1]),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let layout = wgpu::TexelCopyBufferLayout {
+        bytes_per_row: Some(4 * SIZE[0]),
+        ..Default::default()
+    };
+    let info = wgpu::TexelCopyBufferInfo {
+        buffer: &rows,
+        layout,
+    };
+    encoder.copy_texture_to_buffer(picture.as_image_copy(), info, picture.size());
+    queue.submit([encoder.finish()]);
+    rows.map_async(wgpu::MapMode::Read, .., |_| {});
+    device.poll(wgpu::PollType::wait_indefinitely())?;
+    Ok(rows.get_mapped_range(..)?.to_vec())
+}
