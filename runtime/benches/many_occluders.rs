@@ -11,6 +11,7 @@
 use std::error::Error;
 use std::time::Instant;
 
+use aogrid_bake_core::mesh::Part;
 use aogrid_bake_core::samples::Sample;
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, UNOBSERVED, post};
 use aogrid_baker_cpu::Occluder;
@@ -385,7 +386,12 @@ fn floor(cells: u32) -> Result<TriangleMesh, Box<dyn Error>> {
         [[a, a + n, a + 1], [a + 1, a + n, a + n + 1]]
     });
     let positions = (0..n * n).map(vertex).collect();
-    Ok(TriangleMesh::new(positions, triangles.collect(), vec![])?)
+    let triangles: Vec<_> = triangles.collect();
+    let part = Part {
+        name: "floor".into(),
+        triangles: 0..triangles.len(),
+    };
+    Ok(TriangleMesh::new(positions, triangles, vec![part])?)
 }
 
 fn grid(mesh: &TriangleMesh) -> Result<Grid, Box<dyn Error>> {

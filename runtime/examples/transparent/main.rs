@@ -42,7 +42,7 @@ async fn draw() -> Result<Vec<u8>, Box<dyn Error>> {
     let adapter = instance.request_adapter(&Default::default()).await?;
     let (device, queue) = &adapter.request_device(&Default::default()).await?;
     let aspect = SIZE[0] as f32 / SIZE[1] as f32;
-    let clip_from_world = directx::perspective(0.62, aspect, 0.1, 30.0)
+    let clip_from_world = directx::perspective(0.46, aspect, 0.1, 30.0)
         * view::look_at_mat4(Vec3::new(1.6, 2.3, 5.2), Vec3::new(0.0, 0.35, 0.2), Vec3::Y);
 
     // What any renderer has: a G-buffer of what is opaque.
@@ -133,7 +133,7 @@ async fn draw() -> Result<Vec<u8>, Box<dyn Error>> {
 type Models = (Vec<Grid>, Vec<(usize, Instance)>, Vec<Vertex>);
 
 fn models() -> Result<Models, Box<dyn Error>> {
-    const COUNT: usize = 24;
+    const COUNT: usize = 16;
     let meshes = [Sample::Torus.mesh(None)?, Sample::Table.mesh(None)?];
     let mut grids = vec![];
     for mesh in &meshes {
@@ -159,7 +159,7 @@ fn models() -> Result<Models, Box<dyn Error>> {
     ));
     for i in 0..COUNT {
         let angle = i as f32 / COUNT as f32 * std::f32::consts::TAU;
-        let ring = if i % 2 == 0 { 1.5 } else { 0.75 };
+        let ring = if i % 2 == 0 { 1.45 } else { 0.8 };
         let at = Vec3::new(ring * angle.cos(), 0.0, ring * angle.sin());
         let place = Mat4::from_translation(at)
             * Mat4::from_rotation_y(angle)

@@ -16,6 +16,8 @@ mod instances;
 mod interchange;
 /// Which crate may use which.
 mod layering;
+/// Several occluders, multiplied and merged, against ray tracing.
+mod merge;
 /// Real meshes made by others.
 mod meshes;
 /// The direction sweep against rays.

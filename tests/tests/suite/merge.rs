@@ -1,0 +1,294 @@
+//! Several occluders, multiplied and merged, against ray tracing.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use aogrid_bake_core::UNOBSERVED;
+use aogrid_baker_cpu::Occluder;
+use aogrid_baker_cpu::truth::{Lighting, Receiver, TruthOptions, shade};
+use aogrid_grid_format::Grid;
+use aogrid_runtime::shading::{
+    aogrid_clip, aogrid_clipped_axis, aogrid_cone_with_axis_at, aogrid_cos_beta,
+    aogrid_grid_position, aogrid_is_inside, aogrid_merge_cone, aogrid_multiply,
+};
+use aogrid_runtime::{AogridOccluder, Instance, LinearTexture};
+use glam::{DVec3, Vec3};
+use xtask::scene::{GBuffer, Grids, LoadOptions, Scene, load, parse};
+
+/// How occluders are combined.
+#[derive(Clone, Copy, Debug)]
+enum Combine {
+    Multiply,
+    Merge,
+}
+
+/// A scene, its casters' grids, its receivers and their truth.
+struct Shading {
+    scene: Scene,
+    casters: Vec<(AogridOccluder, Arc<Grid>, Arc<LinearTexture>)>,
+    receivers: Vec<Receiver>,
+    truth: Vec<f32>,
+    clip: LinearTexture,
+    overlaps: LinearTexture,
+}
+
+impl Shading {
+    /// At those of the scene's receivers that `chosen` wants.
+    fn new(scene: Scene, receivers: Vec<Receiver>, samples: u32) -> Self {
+        let grids = Grids::new().resolve(&scene, UNOBSERVED).unwrap();
+        let texture = |grid: &Option<Arc<Grid>>| grid.as_deref().map(LinearTexture::of_grid);
+        let textures: Vec<_> = grids.iter().map(|g| texture(g).map(Arc::new)).collect();
+        let casters = scene.casters().map(|instance| {
+            let grid = grids[instance.mesh].clone().unwrap();
+            let world_from_object = glam::DMat4::from(instance.world_from_object).as_mat4();
+            let instance_at = Instance::at(world_from_object.to_cols_array_2d());
+            let occluder = AogridOccluder::new(grid.spec(), grid.format(), &instance_at).unwrap();
+            (occluder, grid, textures[instance.mesh].clone().unwrap())
+        });
+        let casters = casters.collect();
+        let flat = scene.flattened(|instance| instance.casts).unwrap().unwrap();
+        let options = TruthOptions {
+            samples,
+            ..scene.truth
+        };
+        let lighting = Lighting::default();
+        let occluder = Occluder::new(&flat);
+        let shades = shade(Some(&occluder), &receivers, &lighting, &options, UNOBSERVED).unwrap();
+        Self {
+            casters,
+            truth: shades.iter().map(|s| s.occlusion.mean).collect(),
+            receivers,
+            scene,
+            clip: LinearTexture::clip_table(),
+            overlaps: LinearTexture::intersection_table(),
+        }
+    }
+
+    /// The receivers of a scene's list that lie in every caster's grid, where all is told, and more
+    /// than a cell away from every caster's bounding box: cells inside an object hold what their
+    /// neighbours do.
+    fn of_list(scene: Scene) -> Self {
+        let list = scene.receivers.as_ref().unwrap().lifted();
+        let all = Self::new(scene, vec![], 2);
+        let chosen = |receiver: &Receiver| {
+            let p = receiver.position.map(|x| x as f32);
+            let mut instances = all.scene.casters();
+            all.casters.iter().all(|(occluder, grid, _)| {
+                let instance = instances.next().unwrap();
+                let bounds = all.scene.meshes[instance.mesh].mesh.bounds();
+                let p_object = instance.world_from_object.inverse();
+                let p_object = p_object
+                    .transform_point3(DVec3::from(receiver.position))
+                    .as_vec3();
+                let cell = 2.0 * Vec3::from(grid.spec().half_extents())
+                    / glam::UVec3::from(grid.spec().resolution()).as_vec3();
+                let (low, high) = (Vec3::from(bounds.min), Vec3::from(bounds.max));
+                let near = p_object.cmpgt(low - cell).all() && p_object.cmplt(high + cell).all();
+                aogrid_is_inside(aogrid_grid_position(occluder, p)) && !near
+            })
+        };
+        let receivers = list.into_iter().filter(chosen).collect();
+        Self::new(all.scene, receivers, 4096)
+    }
+
+    /// AO at every receiver, the casters in this order.
+    fn occlusion(&self, order: &[usize], combine: Combine) -> Vec<f32> {
+        let shade = |receiver: &Receiver| {
+            let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
+            let left = order.iter().fold([0.0, 0.0, 0.0, 1.0], |before, &idx| {
+                let (occluder, _, texture) = &self.casters[idx];
+                match combine {
+                    Combine::Merge => {
+                        let (clip, overlaps) = (&self.clip, &self.overlaps);
+                        aogrid_merge_cone(before, occluder, texture, clip, overlaps, p, n)
+                    }
+                    Combine::Multiply => {
+                        let p_grid = aogrid_grid_position(occluder, p);
+                        match aogrid_is_inside(p_grid) {
+                            false => before,
+                            true => aogrid_multiply(
+                                before,
+                                aogrid_cone_with_axis_at(occluder, texture, &self.clip, p_grid, n),
+                            ),
+                        }
+                    }
+                }
+            });
+            1.0 - left[3]
+        };
+        self.receivers.iter().map(shade).collect()
+    }
+
+    fn in_order(&self) -> Vec<usize> {
+        (0..self.casters.len()).collect()
+    }
+
+    /// RMSE of AO, multiplied and merged, in the scene's order.
+    fn errors(&self) -> [f64; 2] {
+        [Combine::Multiply, Combine::Merge]
+            .map(|combine| rmse(&self.occlusion(&self.in_order(), combine), &self.truth))
+    }
+}
+
+fn rmse(a: &[f32], b: &[f32]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    assert!(a.len() > 100, "{} receivers are too few", a.len());
+    let squares = a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2));
+    (squares.sum::<f64>() / a.len() as f64).sqrt()
+}
+
+fn file(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../scenes")
+        .join(name);
+    load(&path, LoadOptions::default()).unwrap()
+}
+
+/// Receivers on the floor around them.
+const FLOOR: &str = "corner = [-2, 0.0001, 2]\nu = [4, 0, 0]\nv = [0, 0, -4]";
+
+/// Receivers on a wall beside them.
+const WALL: &str = "corner = [0.8, 0, 0.8]\nu = [0, 2, 0]\nv = [0, 0, -1.6]";
+
+/// Unit boxes in sharp grids that reach as far as all receivers do.
+fn boxes(instances: &str, receivers: &str) -> Shading {
+    let text = format!(
+        "[[mesh]]\nname = 'box'\nsample = 'box'\n[mesh.grid]\nboundary = 'none'\nformat = 'f32'\n\
+         half_extents = [2.7, 2.7, 2.7]\nresolution = 62\n\
+         {instances}\n[receivers]\n{receivers}\ncount = [40, 40]\n"
+    );
+    Shading::of_list(parse(Path::new("boxes.toml"), &text, LoadOptions::default()).unwrap())
+}
+
+#[test]
+fn two_overlapping_boxes_merge_four_times_better_than_they_multiply() {
+    let shading = Shading::of_list(file("overlapping-boxes.toml"));
+    let [multiplied, merged] = shading.errors();
+    println!("figure 11: multiplied {multiplied:.4}, merged {merged:.4}");
+    assert!(merged <= multiplied / 4.0, "{multiplied} {merged}");
+}
+
+#[test]
+fn one_occluder_merged_is_its_cone() {
+    let shading = boxes("[[instance]]\nmesh = 'box'", FLOOR);
+    let [multiplied, merged] =
+        [Combine::Multiply, Combine::Merge].map(|combine| shading.occlusion(&[0], combine));
+    // 1 + (t - 1) rounds at 1.
+    let worst = multiplied.iter().zip(&merged).map(|(a, b)| (a - b).abs());
+    assert!(worst.fold(0.0, f32::max) <= 2e-7);
+}
+
+#[test]
+fn stacked_boxes_merge_better_and_disjoint_ones_alike() {
+    let place =
+        |y: &str, x: &str| format!("[[instance]]\nmesh = 'box'\ntranslate = [{x}, {y}, 0]\n");
+    let stacked = boxes(&(place("0", "0") + &place("1", "0")), WALL).errors();
+    let beside = boxes(&(place("0", "-0.5") + &place("0", "0.5")), FLOOR).errors();
+    let apart = boxes(&(place("0", "-0.8") + &place("0", "0.8")), FLOOR).errors();
+    for (name, [multiplied, merged]) in [("stacked", stacked), ("beside", beside), ("apart", apart)]
+    {
+        println!("{name}: multiplied {multiplied:.4}, merged {merged:.4}");
+    }
+    assert!(stacked[1] < stacked[0], "{stacked:?}");
+    // Where objects hide no part of each other, neither is far from the other.
+    assert!((apart[0] - apart[1]).abs() < 0.02, "{apart:?}");
+}
+
+/// Some of the orders of `n` things: each rotation, forwards and backwards.
+fn orders(n: usize) -> Vec<Vec<usize>> {
+    let rotated = (0..n).map(|first| (0..n).map(|i| (first + i) % n).collect::<Vec<_>>());
+    let both = rotated.flat_map(|order| [order.iter().rev().copied().collect(), order]);
+    both.collect()
+}
+
+#[test]
+fn five_boxes_in_any_order_merge_better_than_they_multiply() {
+    let mut text = String::new();
+    for (x, z, scale, degrees) in [
+        (-0.5, 0.2, 0.9, 15),
+        (0.1, -0.4, 0.7, 50),
+        (0.5, 0.3, 0.8, 70),
+        (-0.1, 0.6, 0.6, 30),
+        (0.2, 0.1, 1.0, 5),
+    ] {
+        text += &format!(
+            "[[instance]]\nmesh = 'box'\nscale = {scale}\ntranslate = [{x}, 0, {z}]\n\
+             rotate = {{ axis = [0, 1, 0], degrees = {degrees} }}\n"
+        );
+    }
+    let shading = boxes(&text, FLOOR);
+    let [multiplied, merged] = shading.errors();
+    let images: Vec<_> = orders(5)
+        .iter()
+        .map(|order| shading.occlusion(order, Combine::Merge))
+        .collect();
+    let errors: Vec<f64> = images
+        .iter()
+        .map(|image| rmse(image, &shading.truth))
+        .collect();
+    let best = errors.iter().copied().fold(f64::INFINITY, f64::min);
+    let worst = errors.iter().copied().fold(0.0, f64::max);
+    let spread = (0..images[0].len()).map(|pixel| {
+        let of = images.iter().map(|image| image[pixel]);
+        let (low, high) = of.fold((1.0_f32, 0.0_f32), |(l, h), v| (l.min(v), h.max(v)));
+        high - low
+    });
+    let spread = spread.fold(0.0, f32::max);
+    println!(
+        "five boxes: multiplied {multiplied:.4}, merged {merged:.4} ({best:.4} to {worst:.4} over \
+         {} orders, one receiver by up to {spread:.3})",
+        errors.len()
+    );
+    assert!(worst < multiplied, "{worst} {multiplied}");
+}
+
+/// The union in closed form in place of the table, and what is lost by the table.
+#[test]
+fn the_table_costs_merged_images_little() {
+    let shading = Shading::of_list(file("overlapping-boxes.toml"));
+    let by_table = shading.occlusion(&[0, 1], Combine::Merge);
+    let exact = shading.receivers.iter().map(|receiver| {
+        let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
+        let cones = shading.casters.iter().map(|(occluder, _, texture)| {
+            let [r, g, b, a] = texture.sample(aogrid_grid_position(occluder, p));
+            let axis = aogrid_runtime::shading::aogrid_axis(occluder, [r, g, b]);
+            let [ao, _, f] = aogrid_clip(&shading.clip, a, aogrid_cos_beta(axis, n));
+            (ao, Vec3::from(aogrid_clipped_axis(axis, n, f)))
+        });
+        let cones: Vec<_> = cones.collect();
+        let gamma = cones[0].1.dot(cones[1].1).clamp(-1.0, 1.0).acos();
+        let fractions = [cones[0].0 / 2.0, cones[1].0 / 2.0];
+        2.0 * aogrid_tables::merge::closed_form(fractions[0], fractions[1], gamma)
+    });
+    let exact: Vec<f32> = exact.collect();
+    let lost = rmse(&by_table, &exact);
+    println!("T_merge as a texture: {lost:.5} of AO");
+    // Twice what look-ups err by as a rule (rms), as AO is twice a fraction; and worse near γ = 0.
+    assert!(lost <= 4.0 * 2.0 * 2.8e-4, "{lost}");
+}
+
+#[test]
+fn the_robot_s_parts_look_like_the_truth_either_way() {
+    for boundary in ["jgt", "none"] {
+        let mut scene = file("robot.toml");
+        for mesh in &mut scene.meshes {
+            if let xtask::scene::GridSource::Bake(_, options) = &mut mesh.grid {
+                options.boundary = match boundary {
+                    "none" => aogrid_grid_format::BoundaryMode::None,
+                    _ => aogrid_grid_format::BoundaryMode::Jgt,
+                };
+            }
+        }
+        scene.camera.as_mut().unwrap().resolution = [64, 48];
+        let gbuffer = GBuffer::trace(&scene, UNOBSERVED).unwrap();
+        let receivers = gbuffer
+            .receivers()
+            .into_iter()
+            .map(|(_, receiver)| receiver);
+        let shading = Shading::new(scene, receivers.collect(), 1024);
+        let [multiplied, merged] = shading.errors();
+        println!("figure 9, {boundary}: multiplied {multiplied:.4}, merged {merged:.4}");
+        // What anyone would see.
+        assert!(multiplied < 0.15 && merged < 0.15);
+    }
+}
