@@ -18,8 +18,8 @@ use aogrid_baker_cpu::Occluder;
 use aogrid_grid_format::{Encoding, Grid, Source};
 use aogrid_runtime::{
     Combine, Frame, GridAtlas, GridTexture, Instance, MergePass, MergePassDescriptor, Mode,
-    Normals, OcclusionPass, OcclusionPassDescriptor, Output, Positions, Receivers, TileLists,
-    TiledFrame, TiledPass, TiledPassDescriptor,
+    Normals, OcclusionPass, OcclusionPassDescriptor, Output, Positions, Receivers, TiledFrame,
+    TiledPass, TiledPassDescriptor,
 };
 use glam::camera::rh::{proj::directx, view};
 use glam::{Mat4, Vec3, Vec4};
@@ -282,7 +282,6 @@ impl Stage<'_> {
             normals: Normals::Signed,
             receivers: Receivers::None,
             encoding: Encoding::Cone,
-            lists: TileLists::Discarded,
         };
         let mut pass = TiledPass::new(device, queue, descriptor)?;
         let grids: Vec<_> = self.grids.iter().collect();

@@ -72,8 +72,7 @@ pub use merge_pass::{MergePass, MergePassDescriptor};
 pub use occluder::{AogridOccluder, Instance, InstanceError};
 pub use occlusion_pass::{Mode, OcclusionPass, OcclusionPassDescriptor, Output, PassError};
 pub use tiled_pass::{
-    AogridAtlasOccluder, AogridTiles, Combine, TileLists, TiledFrame, TiledPass,
-    TiledPassDescriptor,
+    AogridAtlasOccluder, AogridTiles, Combine, TiledFrame, TiledPass, TiledPassDescriptor,
 };
 pub use wgpu;
 pub use wgsl::{AOGRID_LIST_OF_ANYTHING, AOGRID_LIST_OF_RECEIVERS, AOGRID_NO_OBJECT, AOGRID_TILE};

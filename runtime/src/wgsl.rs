@@ -32,7 +32,7 @@ pub const MERGE_PASS: &str = concat!(
 /// has this name in WGSL.
 pub fn tiled_pass(format: &str) -> String {
     let target = format!(
-        "/// Written once a pixel.\n@group(1) @binding(5) \
+        "/// Written once a pixel.\n@group(2) @binding(3) \
          var target_image: texture_storage_2d<{format}, write>;\n"
     );
     let parts = [

@@ -5,7 +5,7 @@ use std::error::Error;
 use aogrid_grid_format::{Encoding, Grid};
 use aogrid_runtime::{
     Combine, DepthTest, Frame, GridAtlas, GridTexture, Instance, MergePass, MergePassDescriptor,
-    Mode, Normals, OcclusionPass, OcclusionPassDescriptor, Output, Positions, Receivers, TileLists,
+    Mode, Normals, OcclusionPass, OcclusionPassDescriptor, Output, Positions, Receivers,
     TiledFrame, TiledPass, TiledPassDescriptor,
 };
 
@@ -83,7 +83,6 @@ impl Shadows {
                 normals: Normals::Unsigned,
                 receivers: Receivers::None,
                 encoding: Encoding::Cone,
-                lists: TileLists::Discarded,
             };
             TiledPass::new(device, queue, descriptor)
         };

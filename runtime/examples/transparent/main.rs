@@ -10,8 +10,8 @@ use aogrid_bake_core::samples::Sample;
 use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, post};
 use aogrid_grid_format::{Encoding, Grid, Source};
 use aogrid_runtime::{
-    Combine, GridAtlas, Instance, Mode, Normals, Output, Positions, Receivers, TileLists,
-    TiledFrame, TiledPass, TiledPassDescriptor, wgsl,
+    Combine, GridAtlas, Instance, Mode, Normals, Output, Positions, Receivers, TiledFrame,
+    TiledPass, TiledPassDescriptor, wgsl,
 };
 use glam::camera::rh::{proj::directx, view};
 use glam::{Mat4, Vec3};
@@ -65,7 +65,6 @@ async fn draw() -> Result<Vec<u8>, Box<dyn Error>> {
         normals: Normals::Signed,
         receivers: Receivers::None,
         encoding: Encoding::Cone,
-        lists: TileLists::Kept,
     };
     let mut tiled = TiledPass::new(device, queue, descriptor)?;
     let atlas = GridAtlas::new(device, queue, &grids.iter().collect::<Vec<_>>(), "grids")?;

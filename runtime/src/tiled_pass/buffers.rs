@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{TileLists, TiledFrame, TiledPassDescriptor};
+use super::{TiledFrame, TiledPassDescriptor};
 use crate::frame::PrepareError;
 use crate::grid_atlas::Part;
 use crate::occluder::clip_from_box;
@@ -99,10 +99,7 @@ impl Contents {
             words: count.div_ceil(32) as u32,
             occluders: count as u32,
         };
-        let list_words = match descriptor.lists {
-            TileLists::Kept => tiles.all_words(),
-            TileLists::Discarded => 0,
-        };
+        let list_words = tiles.all_words();
         if 4 * list_words > device.limits().max_storage_buffer_binding_size {
             return Err(PrepareError::TooMany(count));
         }
@@ -131,8 +128,7 @@ impl Contents {
 /// The bind groups, made anew when what they hold is other.
 #[derive(Debug)]
 pub(super) struct Buffers {
-    layout: wgpu::BindGroupLayout,
-    lists_layout: wgpu::BindGroupLayout,
+    layouts: Layouts,
     /// The whole T_clip, and what T_merge takes off.
     tables: [wgpu::TextureView; 2],
     sampler: wgpu::Sampler,
@@ -140,16 +136,18 @@ pub(super) struct Buffers {
     occluders: wgpu::Buffer,
     lists: wgpu::Buffer,
     tiles: AogridTiles,
-    keeps_lists: bool,
     groups: Option<Groups>,
 }
 
 #[derive(Debug)]
-struct Groups {
+pub(super) struct Groups {
     /// Atlas and target.
     views: [wgpu::TextureView; 2],
-    own: wgpu::BindGroup,
-    lists: wgpu::BindGroup,
+    pub(super) common: wgpu::BindGroup,
+    pub(super) gather: wgpu::BindGroup,
+    pub(super) shade: wgpu::BindGroup,
+    /// For other shaders.
+    pub(super) lists: wgpu::BindGroup,
 }
 
 impl Buffers {
@@ -164,8 +162,7 @@ impl Buffers {
             occluders: 0,
         };
         Self {
-            layout: layout(device, target),
-            lists_layout: lists_layout(device),
+            layouts: Layouts::new(device, target),
             tables,
             sampler: tables::linear_clamp_sampler(device),
             tiles_buffer: buffer(
@@ -176,31 +173,33 @@ impl Buffers {
             occluders: occluder_buffer(device, 1),
             lists: list_buffer(device, 1),
             tiles: no_tiles,
-            keeps_lists: false,
             groups: None,
         }
     }
 
-    pub(super) fn layout(&self) -> &wgpu::BindGroupLayout {
-        &self.layout
+    pub(super) fn common_layout(&self) -> &wgpu::BindGroupLayout {
+        &self.layouts.common
+    }
+
+    pub(super) fn gather_layout(&self) -> &wgpu::BindGroupLayout {
+        &self.layouts.gather
+    }
+
+    pub(super) fn shade_layout(&self) -> &wgpu::BindGroupLayout {
+        &self.layouts.shade
     }
 
     pub(super) fn lists_layout(&self) -> &wgpu::BindGroupLayout {
-        &self.lists_layout
+        &self.layouts.lists
     }
 
     /// None before the first frame.
-    pub(super) fn group(&self) -> Option<&wgpu::BindGroup> {
-        self.groups.as_ref().map(|groups| &groups.own)
+    pub(super) fn groups(&self) -> Option<&Groups> {
+        self.groups.as_ref()
     }
 
-    pub(super) fn lists(&self) -> Option<&wgpu::BindGroup> {
-        let groups = self.groups.as_ref().filter(|_| self.keeps_lists);
-        groups.map(|groups| &groups.lists)
-    }
-
-    pub(super) fn tiles(&self) -> [u32; 2] {
-        self.tiles.tiles()
+    pub(super) fn tiles(&self) -> &AogridTiles {
+        &self.tiles
     }
 
     pub(super) fn write(
@@ -223,7 +222,6 @@ impl Buffers {
         queue.write_buffer(&self.tiles_buffer, 0, bytemuck::bytes_of(&contents.tiles));
         queue.write_buffer(&self.occluders, 0, bytes);
         self.tiles = contents.tiles;
-        self.keeps_lists = contents.list_words > 0;
         let views = [frame.atlas.view(), frame.target].map(Clone::clone);
         if self.groups.as_ref().is_none_or(|old| old.views != views) {
             self.groups = Some(self.bind(device, views));
@@ -232,30 +230,25 @@ impl Buffers {
 
     fn bind(&self, device: &wgpu::Device, views: [wgpu::TextureView; 2]) -> Groups {
         let view = wgpu::BindingResource::TextureView;
-        let ([atlas, target], [t_clip, shared]) = (&views, &self.tables);
+        let ([atlas, target], [t_clip, overlaps]) = (&views, &self.tables);
         let tiles = self.tiles_buffer.as_entire_binding();
         let occluders = self.occluders.as_entire_binding();
         let lists = self.lists.as_entire_binding();
-        let own = [
+        let for_others = [
             tiles.clone(),
             occluders.clone(),
             view(atlas),
-            view(shared),
-            lists.clone(),
-            view(target),
-        ];
-        let for_others = [
-            tiles,
-            occluders,
-            view(atlas),
             view(t_clip),
-            view(shared),
+            view(overlaps),
             wgpu::BindingResource::Sampler(&self.sampler),
-            lists,
+            lists.clone(),
         ];
+        let shade = [lists.clone(), view(atlas), view(overlaps), view(target)];
         Groups {
-            own: group(device, &self.layout, own),
-            lists: group(device, &self.lists_layout, for_others),
+            common: group(device, &self.layouts.common, [tiles, occluders]),
+            gather: group(device, &self.layouts.gather, [lists]),
+            shade: group(device, &self.layouts.shade, shade),
+            lists: group(device, &self.layouts.lists, for_others),
             views,
         }
     }
@@ -326,37 +319,41 @@ fn group<const N: usize>(
     })
 }
 
-/// What `tiled_pass.wgsl` binds as its second group.
-fn layout(device: &wgpu::Device, target: wgpu::TextureFormat) -> wgpu::BindGroupLayout {
-    let target = wgpu::BindingType::StorageTexture {
-        access: wgpu::StorageTextureAccess::WriteOnly,
-        format: target,
-        view_dimension: wgpu::TextureViewDimension::D2,
-    };
-    let types = [
-        binding(wgpu::BufferBindingType::Uniform),
-        binding(wgpu::BufferBindingType::Storage { read_only: true }),
-        filtered(wgpu::TextureViewDimension::D3),
-        filtered(wgpu::TextureViewDimension::D3),
-        binding(wgpu::BufferBindingType::Storage { read_only: false }),
-        target,
-    ];
-    make_layout(device, wgpu::ShaderStages::COMPUTE, &types)
+/// Of bind groups.
+#[derive(Debug)]
+struct Layouts {
+    /// The second group of both entry points of `tiled_pass.wgsl`.
+    common: wgpu::BindGroupLayout,
+    /// The third group of each.
+    gather: wgpu::BindGroupLayout,
+    shade: wgpu::BindGroupLayout,
+    /// What `tile_lists.wgsl` binds.
+    lists: wgpu::BindGroupLayout,
 }
 
-/// What `tile_lists.wgsl` binds.
-fn lists_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let types = [
-        binding(wgpu::BufferBindingType::Uniform),
-        binding(wgpu::BufferBindingType::Storage { read_only: true }),
-        filtered(wgpu::TextureViewDimension::D3),
-        filtered(wgpu::TextureViewDimension::D2),
-        filtered(wgpu::TextureViewDimension::D3),
-        wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-        binding(wgpu::BufferBindingType::Storage { read_only: true }),
-    ];
-    let stages = wgpu::ShaderStages::FRAGMENT | wgpu::ShaderStages::COMPUTE;
-    make_layout(device, stages, &types)
+impl Layouts {
+    fn new(device: &wgpu::Device, target: wgpu::TextureFormat) -> Self {
+        use wgpu::TextureViewDimension::{D2, D3};
+        let compute = wgpu::ShaderStages::COMPUTE;
+        let uniform = binding(wgpu::BufferBindingType::Uniform);
+        let read = binding(wgpu::BufferBindingType::Storage { read_only: true });
+        let written = binding(wgpu::BufferBindingType::Storage { read_only: false });
+        let target = wgpu::BindingType::StorageTexture {
+            access: wgpu::StorageTextureAccess::WriteOnly,
+            format: target,
+            view_dimension: D2,
+        };
+        let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+        let (grids, table) = (filtered(D3), filtered(D2));
+        let lists = [uniform, read, grids, table, grids, sampler, read];
+        let anywhere = wgpu::ShaderStages::FRAGMENT | compute;
+        Self {
+            common: make_layout(device, compute, &[uniform, read]),
+            gather: make_layout(device, compute, &[written]),
+            shade: make_layout(device, compute, &[read, grids, grids, target]),
+            lists: make_layout(device, anywhere, &lists),
+        }
+    }
 }
 
 fn make_layout(

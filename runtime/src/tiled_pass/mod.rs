@@ -1,4 +1,4 @@
-//! The tiled pass: a compute dispatch in which each pixel walks the occluders near its tile.
+//! The tiled pass: compute dispatches in which each pixel walks the occluders near its tile.
 
 mod buffers;
 mod pipeline;
@@ -33,8 +33,6 @@ pub struct TiledPassDescriptor {
     pub receivers: Receivers,
     /// The encoding of the atlases that it will be given.
     pub encoding: Encoding,
-    /// Whether other shaders read the lists.
-    pub lists: TileLists,
 }
 
 /// How occluders are combined.
@@ -45,15 +43,6 @@ pub enum Combine {
     Multiply,
     /// The union of their cones, in the caller's order: for parts that touch or overlap.
     Merge,
-}
-
-/// Whether other shaders read the lists.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TileLists {
-    /// They stay in the pass's own memory.
-    Discarded,
-    /// They are written to a buffer: see [`TiledPass::lists`].
-    Kept,
 }
 
 /// One frame's view of the scene.
@@ -82,17 +71,21 @@ pub struct TiledFrame<'a> {
 /// creates no device, submits nothing and waits for nothing.
 ///
 /// A tile is [`AOGRID_TILE`](crate::AOGRID_TILE)² pixels. It gathers the occluders whose box both
-/// covers it on screen and meets the bounds of its receivers in the world, one bit each, and every
-/// pixel then walks them with the running cone in registers.
+/// covers it on screen and meets the bounds of its receivers in the world, one bit each; every pixel
+/// then walks them with the running cone in registers. Other shaders may walk the same lists.
 ///
 /// It needs no feature but what an f32 grid does; limits: those of WebGPU's defaults.
 #[derive(Debug)]
 pub struct TiledPass {
     descriptor: TiledPassDescriptor,
-    pipeline: wgpu::ComputePipeline,
+    gather: wgpu::ComputePipeline,
+    shade: wgpu::ComputePipeline,
     bindings: Bindings,
     buffers: Buffers,
 }
+
+/// Lanes along a side of the workgroups that shade: `SIDE` in the WGSL.
+const SIDE: u32 = 8;
 
 impl TiledPass {
     /// The most occluders of a frame.
@@ -117,8 +110,13 @@ impl TiledPass {
         let bindings = Bindings::new(device, descriptor.reads(), table);
         let shared = tables::intersection_table(device, queue);
         let buffers = Buffers::new(device, descriptor.target, [whole, shared]);
+        let pipeline = |entry_point, own| {
+            let layouts = [bindings.layout(), buffers.common_layout(), own];
+            pipeline::new(device, entry_point, layouts, &descriptor)
+        };
         Ok(Self {
-            pipeline: pipeline::new(device, [bindings.layout(), buffers.layout()], &descriptor),
+            gather: pipeline("gather_tile", buffers.gather_layout()),
+            shade: pipeline("shade_pixels", buffers.shade_layout()),
             bindings,
             buffers,
             descriptor,
@@ -150,23 +148,28 @@ impl TiledPass {
         Ok(())
     }
 
-    /// Shades what was prepared, every pixel once.
+    /// Gathers the lists of what was prepared, and shades every pixel once: two dispatches.
     pub fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>) {
-        let (Some(frame), Some(group)) = (self.bindings.group(), self.buffers.group()) else {
+        let (Some(frame), Some(groups)) = (self.bindings.group(), self.buffers.groups()) else {
             return;
         };
-        pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, frame, &[]);
-        pass.set_bind_group(1, group, &[]);
-        let [across, down] = self.buffers.tiles();
+        pass.set_bind_group(1, &groups.common, &[]);
+        pass.set_pipeline(&self.gather);
+        pass.set_bind_group(2, &groups.gather, &[]);
+        let [across, down] = self.buffers.tiles().tiles();
+        pass.dispatch_workgroups(across, down, 1);
+        pass.set_pipeline(&self.shade);
+        pass.set_bind_group(2, &groups.shade, &[]);
+        let [across, down] = self.buffers.tiles().size.map(|n| n.div_ceil(SIDE));
         pass.dispatch_workgroups(across, down, 1);
     }
 
     /// The bind group with which [`wgsl::tile_lists`](crate::wgsl::tile_lists) reads this frame's
     /// lists, for fragment and compute shaders that run after the dispatch. None before the first
-    /// frame, and with [`TileLists::Discarded`].
+    /// frame.
     pub fn lists(&self) -> Option<&wgpu::BindGroup> {
-        self.buffers.lists()
+        self.buffers.groups().map(|groups| &groups.lists)
     }
 
     /// The layout of that bind group.

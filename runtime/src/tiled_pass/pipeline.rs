@@ -2,7 +2,7 @@
 
 use aogrid_grid_format::Encoding;
 
-use super::{Combine, TileLists, TiledPassDescriptor};
+use super::{Combine, TiledPassDescriptor};
 use crate::{Mode, Output, PassError, wgsl};
 
 /// Refuses what could not be compiled or would come out wrong.
@@ -33,9 +33,11 @@ pub(super) fn check(descriptor: &TiledPassDescriptor) -> Result<(), PassError> {
     }
 }
 
+/// The pipeline of an entry point.
 pub(super) fn new(
     device: &wgpu::Device,
-    layouts: [&wgpu::BindGroupLayout; 2],
+    entry_point: &str,
+    layouts: [&wgpu::BindGroupLayout; 3],
     descriptor: &TiledPassDescriptor,
 ) -> wgpu::ComputePipeline {
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
@@ -51,7 +53,7 @@ pub(super) fn new(
         label: Some(&descriptor.label),
         layout: Some(&layout),
         module: &module,
-        entry_point: Some("shade_tile"),
+        entry_point: Some(entry_point),
         compilation_options: wgpu::PipelineCompilationOptions {
             constants: &constants(descriptor),
             // The kernel clears what it reads.
@@ -89,7 +91,6 @@ fn constants(descriptor: &TiledPassDescriptor) -> Vec<(&'static str, f64)> {
             "grids_hold_cones",
             flag(descriptor.encoding == Encoding::Cone),
         ),
-        ("keeps_lists", flag(descriptor.lists == TileLists::Kept)),
     ];
     [&descriptor.reads().constants()[..], &own].concat()
 }

@@ -1,6 +1,8 @@
-// The tiled pass: a workgroup a tile gathers the occluders that its receivers may lie in, then
-// every pixel walks them in the caller's order and writes once. Behind `frame.wgsl`; the target's
-// declaration, which names its format, follows.
+// The tiled pass, two dispatches: a workgroup a tile gathers the occluders that its receivers may lie
+// in, then every pixel walks them in the caller's order and writes once. The walk reads the list from
+// a buffer, at a place that is the same for a whole workgroup: compilers then keep the list and
+// the occluder in scalar registers. Behind `frame.wgsl`; the target's declaration, which names its
+// format, follows.
 
 /// What is done with an occluder: OCCLUSION to MERGED below.
 override shading: u32;
@@ -8,8 +10,6 @@ override shading: u32;
 override writes_axis: bool;
 /// Whether the grids hold cones; else occlusion alone.
 override grids_hold_cones: bool;
-/// Whether the lists are written for other shaders.
-override keeps_lists: bool;
 
 /// Without regard to normals, multiplied.
 const OCCLUSION = 0u;
@@ -24,15 +24,23 @@ const MERGED = 3u;
 /// that both are sums of: sixteen roundings of single floats, where there are ten.
 const POSITION_ROUNDING = 1e-6;
 
+/// Lanes along either side of a workgroup, and all of them.
+const SIDE = 8u;
+const LANES = 64u;
+
 @group(1) @binding(0) var<uniform> tiles: AogridTiles;
 /// All occluders, in the caller's order.
 @group(1) @binding(1) var<storage, read> occluders: array<AogridAtlasOccluder>;
+
+/// What is gathered: see `aogrid_first_word`.
+@group(2) @binding(0) var<storage, read_write> gathered: array<u32>;
+
+/// What was gathered.
+@group(2) @binding(0) var<storage, read> lists: array<u32>;
 /// All grids.
-@group(1) @binding(2) var atlas: texture_3d<f32>;
+@group(2) @binding(1) var atlas: texture_3d<f32>;
 /// What T_merge takes off.
-@group(1) @binding(3) var overlaps: texture_3d<f32>;
-/// See `aogrid_first_word`; one word where none are kept.
-@group(1) @binding(4) var<storage, read_write> lists: array<u32>;
+@group(2) @binding(2) var overlaps: texture_3d<f32>;
 
 /// The smallest and the largest receiver, as keys: the complements of the smallest first, so that
 /// the maximum is what is looked for, and 0 is none.
@@ -42,25 +50,27 @@ var<workgroup> near_receivers: array<atomic<u32>, AOGRID_TILE_WORDS>;
 /// A bit an occluder whose box some pixel of this tile looks through.
 var<workgroup> on_screen: array<atomic<u32>, AOGRID_TILE_WORDS>;
 
-@compute @workgroup_size(AOGRID_TILE, AOGRID_TILE)
-fn shade_tile(@builtin(workgroup_id) tile: vec3u, @builtin(global_invocation_id) id: vec3u,
-              @builtin(local_invocation_index) lane: u32) {
+@compute @workgroup_size(SIDE, SIDE)
+fn gather_tile(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_id) id: vec3u,
+               @builtin(local_invocation_index) lane: u32) {
     clear(lane);
     workgroupBarrier();
-    let texel = id.xy;
-    let is_pixel = all(texel < tiles.size);
-    let p = receiver_position(min(texel, tiles.size - 1u));
-    if is_pixel && is_finite(p) && !is_cleared(texel) {
-        extend_bounds(p);
+    for (var y = id.y; y < AOGRID_TILE; y += SIDE) {
+        for (var x = id.x; x < AOGRID_TILE; x += SIDE) {
+            extend_bounds(AOGRID_TILE * tile.xy + vec2u(x, y));
+        }
     }
     workgroupBarrier();
     gather(tile.xy, lane);
     workgroupBarrier();
-    if keeps_lists {
-        write_lists(tile.xy, lane);
-    }
-    if is_pixel {
-        write_target(texel, walk(texel, p));
+    write_lists(tile.xy, lane);
+}
+
+@compute @workgroup_size(SIDE, SIDE)
+fn shade_pixels(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) id: vec3u) {
+    let texel = SIDE * group.xy + id.xy;
+    if all(texel < tiles.size) {
+        write_target(texel, walk(texel, SIDE * group.xy));
     }
 }
 
@@ -68,13 +78,20 @@ fn clear(lane: u32) {
     if lane < 6u {
         atomicStore(&bounds[lane], 0u);
     }
-    for (var word = lane; word < tiles.words; word += AOGRID_TILE * AOGRID_TILE) {
+    for (var word = lane; word < tiles.words; word += LANES) {
         atomicStore(&near_receivers[word], 0u);
         atomicStore(&on_screen[word], 0u);
     }
 }
 
-fn extend_bounds(p: vec3f) {
+fn extend_bounds(texel: vec2u) {
+    if any(texel >= tiles.size) || is_cleared(texel) {
+        return;
+    }
+    let p = receiver_position(texel);
+    if !is_finite(p) {
+        return;
+    }
     let key = vec3u(ordered(p.x), ordered(p.y), ordered(p.z));
     for (var x = 0u; x < 3u; x++) {
         atomicMax(&bounds[x], ~key[x]);
@@ -93,7 +110,7 @@ fn gather(tile: vec2u, lane: u32) {
     }
     let first = vec2f(tile * AOGRID_TILE);
     let last = first + f32(AOGRID_TILE);
-    for (var idx = lane; idx < tiles.occluders; idx += AOGRID_TILE * AOGRID_TILE) {
+    for (var idx = lane; idx < tiles.occluders; idx += LANES) {
         let pixels = occluders[idx].pixels;
         if all(pixels.xy <= last) && all(pixels.zw >= first) {
             let bit = 1u << (idx % 32u);
@@ -124,22 +141,24 @@ fn axis_meets(row: vec4f, center: vec3f, reach: vec3f) -> bool {
 fn write_lists(tile: vec2u, lane: u32) {
     let first = aogrid_first_word(tiles, tile * AOGRID_TILE, AOGRID_LIST_OF_RECEIVERS);
     let other = aogrid_first_word(tiles, tile * AOGRID_TILE, AOGRID_LIST_OF_ANYTHING);
-    for (var word = lane; word < tiles.words; word += AOGRID_TILE * AOGRID_TILE) {
-        lists[first + word] = atomicLoad(&near_receivers[word]);
-        lists[other + word] = atomicLoad(&on_screen[word]);
+    for (var word = lane; word < tiles.words; word += LANES) {
+        gathered[first + word] = atomicLoad(&near_receivers[word]);
+        gathered[other + word] = atomicLoad(&on_screen[word]);
     }
 }
 
-/// What all occluders of the list leave.
-fn walk(texel: vec2u, p: vec3f) -> vec4f {
+/// What all occluders of a list leave: that of the tile which pixel `corner` lies in.
+fn walk(texel: vec2u, corner: vec2u) -> vec4f {
+    let p = receiver_position(texel);
     let object = receiver_object(texel);
     var n = vec3f();
     if shading != OCCLUSION {
         n = receiver_normal(texel);
     }
     var left = vec4f(0.0, 0.0, 0.0, 1.0);
+    let first = aogrid_first_word(tiles, corner, AOGRID_LIST_OF_RECEIVERS);
     for (var word = 0u; word < tiles.words; word++) {
-        var bits = atomicLoad(&near_receivers[word]);
+        var bits = lists[first + word];
         while bits != 0u {
             let idx = aogrid_listed_occluder(word, bits);
             bits &= bits - 1u;

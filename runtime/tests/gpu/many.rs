@@ -2,8 +2,8 @@ use aogrid_grid_format::{Encoding, Grid, TexelFormat};
 use aogrid_runtime::shading::*;
 use aogrid_runtime::{
     AogridOccluder, Combine, DepthTest, Frame, GridAtlas, GridTexture, Instance, LinearTexture,
-    MergePass, MergePassDescriptor, Mode, Normals, Output, Positions, Receivers, TileLists,
-    TiledFrame, TiledPass, TiledPassDescriptor,
+    MergePass, MergePassDescriptor, Mode, Normals, Output, Positions, Receivers, TiledFrame,
+    TiledPass, TiledPassDescriptor,
 };
 use glam::Mat4;
 
@@ -52,7 +52,6 @@ pub fn tiled_descriptor() -> TiledPassDescriptor {
         normals: Normals::Signed,
         receivers: Receivers::None,
         encoding: Encoding::Cone,
-        lists: TileLists::Discarded,
     }
 }
 

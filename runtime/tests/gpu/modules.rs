@@ -3,7 +3,7 @@ use std::mem::offset_of;
 
 /// Everything that the crate publishes or compiles, and how many entry points each has.
 fn modules() -> [(&'static str, String, usize); 8] {
-    let tiled = |format| ("tiled pass", wgsl::tiled_pass(format), 1);
+    let tiled = |format| ("tiled pass", wgsl::tiled_pass(format), 2);
     [
         ("shading", wgsl::SHADING.to_owned(), 0),
         ("occlusion pass", wgsl::OCCLUSION_PASS.to_owned(), 5),

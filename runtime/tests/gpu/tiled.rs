@@ -1,8 +1,8 @@
 use aogrid_grid_format::{Encoding, TexelFormat};
 use aogrid_runtime::{
     AOGRID_LIST_OF_ANYTHING, AOGRID_LIST_OF_RECEIVERS, Combine, GridAtlas, GridAtlasError,
-    Instance, Mode, Output, PassError, Positions, PrepareError, Receivers, TileLists, TiledFrame,
-    TiledPass, TiledPassDescriptor, wgsl,
+    Instance, Mode, Output, PassError, Positions, PrepareError, Receivers, TiledFrame, TiledPass,
+    TiledPassDescriptor, wgsl,
 };
 use glam::{EulerRot, Mat4, Quat, Vec3};
 
@@ -198,10 +198,7 @@ fn a_thousand_occluders_are_as_in_a_loop_over_all_of_them_and_never_flicker() {
 #[test]
 fn passes_serve_frames_of_other_sizes_and_numbers() {
     let Some(gpu) = gpu() else { return };
-    let descriptor = TiledPassDescriptor {
-        lists: TileLists::Kept,
-        ..tiled_descriptor()
-    };
+    let descriptor = tiled_descriptor();
     let mut pass = TiledPass::new(&gpu.device, &gpu.queue, descriptor.clone()).unwrap();
     for (size, count) in [(ODD, 3), (SIZE, 70), ([16, 16], 0), (ODD, 200)] {
         let mut many = Many::new(size, perspective());
@@ -295,10 +292,7 @@ fn forward(gpu: &Gpu, pass: &TiledPass, list: u32, points: &[Point]) -> Vec<[[f3
 #[test]
 fn lists_serve_what_the_g_buffer_shows_and_what_floats_before_it() {
     let Some(gpu) = gpu() else { return };
-    let kept = TiledPassDescriptor {
-        lists: TileLists::Kept,
-        ..tiled_descriptor()
-    };
+    let kept = tiled_descriptor();
     let mut pass = TiledPass::new(&gpu.device, &gpu.queue, kept.clone()).unwrap();
     let mut many = Many::new(ODD, perspective());
     many.occluders = crowd(300);

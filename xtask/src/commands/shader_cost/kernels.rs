@@ -1,6 +1,6 @@
 //! What is measured: compute shaders that shade one pixel with one occluder, or with several.
 
-use aogrid_runtime::wgsl::SHADING;
+use aogrid_runtime::wgsl::{SHADING, tiled_pass};
 
 const NAIVE: &str = include_str!("naive.wgsl");
 
@@ -13,6 +13,7 @@ const BINDINGS: &str = "
 @group(0) @binding(3) var table: texture_2d<f32>;
 @group(0) @binding(4) var linear_clamp: sampler;
 @group(0) @binding(5) var result: texture_storage_2d<r32float, write>;
+@group(0) @binding(7) var overlaps: texture_3d<f32>;
 ";
 
 /// A shader whose cost is asked for.
@@ -20,13 +21,16 @@ pub(super) struct Kernel {
     pub(super) name: String,
     pub(super) wgsl: String,
     pub(super) entry_point: String,
+    /// The `override`s that the shader asks for.
+    pub(super) constants: Vec<(&'static str, f64)>,
 }
 
 /// One occluder's part of a shader: repeated, its slope is the cost of an occluder.
 pub(super) struct Pass {
     pub(super) name: &'static str,
     /// The uniform's type and the expression of a transmittance; `o`, `p` and `n` are the
-    /// occluder, the position and the normal.
+    /// occluder, the position and the normal. `left`, in an expression that has it, is what those
+    /// before left, and the expression what is left then.
     occluder: &'static str,
     transmittance: &'static str,
 }
@@ -35,7 +39,7 @@ pub(super) struct Pass {
 const PER_LANE: &str = "";
 
 /// Ours beside the papers'.
-pub(super) const PASSES: [Pass; 10] = [
+pub(super) const PASSES: [Pass; 12] = [
     Pass {
         name: "occlusion, RR-5779 as printed",
         occluder: "Naive",
@@ -83,6 +87,16 @@ pub(super) const PASSES: [Pass; 10] = [
         transmittance: "aogrid_cone_faded(o, grid, table, linear_clamp, p, n)",
     },
     Pass {
+        name: "cone and axis, multiplied",
+        occluder: "AogridOccluder",
+        transmittance: "cone_and_axis(left, o, p, n)",
+    },
+    Pass {
+        name: "cones merged",
+        occluder: "AogridOccluder",
+        transmittance: "aogrid_merge_cone(left, o, grid, table, overlaps, linear_clamp, p, n)",
+    },
+    Pass {
         name: "cone, closed form",
         occluder: "AogridOccluder",
         transmittance: "cone_in_closed_form(o, p, n)",
@@ -103,6 +117,14 @@ fn cone_with_box_test(o: AogridOccluder, p: vec3f, n: vec3f) -> f32 {
     let p_grid = aogrid_grid_position(o, p);
     return select(1.0, cone_of(o, p_grid, n), aogrid_is_inside(p_grid));
 }
+fn cone_and_axis(left: vec4f, o: AogridOccluder, p: vec3f, n: vec3f) -> vec4f {
+    let p_grid = aogrid_grid_position(o, p);
+    if !aogrid_is_inside(p_grid) {
+        return left;
+    }
+    let one = aogrid_cone_with_axis_at(o, grid, table, linear_clamp, p_grid, n);
+    return aogrid_multiply(left, one);
+}
 fn chosen(id: vec2u) -> u32 {
     return id.x & 15u;
 }
@@ -112,6 +134,31 @@ fn cone_in_closed_form(o: AogridOccluder, p: vec3f, n: vec3f) -> f32 {
     return aogrid_clip_transmittance_closed_form(texel.a, cos_beta);
 }
 ";
+
+/// The tiled pass: gathering, and shading with one turn of the loop over occluders.
+pub(super) fn tiled() -> [Kernel; 4] {
+    let kernel = |name: &str, entry_point: &str, format, shading, writes_axis| Kernel {
+        name: name.to_owned(),
+        wgsl: tiled_pass(format),
+        entry_point: entry_point.to_owned(),
+        constants: vec![
+            ("shading", shading),
+            ("writes_axis", writes_axis),
+            ("grids_hold_cones", 1.0),
+            ("positions_are_depths", 0.0),
+            ("normal_scale", 2.0),
+            ("normal_offset", -1.0),
+            ("receiver_channels", 0.0),
+        ],
+    };
+    let shade = "shade_pixels";
+    [
+        kernel("tiles: gathering", "gather_tile", "r32float", 1.0, 0.0),
+        kernel("tiles: cones multiplied", shade, "r32float", 1.0, 0.0),
+        kernel("tiles: cones and axes", shade, "rgba16float", 2.0, 1.0),
+        kernel("tiles: cones merged", shade, "rgba16float", 3.0, 1.0),
+    ]
+}
 
 impl Pass {
     /// The pass, `count` times over.
@@ -126,6 +173,14 @@ impl Pass {
                 "",
             ),
         };
+        let is_running = self.transmittance.contains("left");
+        let (step, written) = match is_running {
+            true => (
+                format!("left = {};", self.transmittance),
+                "vec4f(dot(left, vec4f(1.0)))",
+            ),
+            false => (format!("t *= {};", self.transmittance), "vec4f(t)"),
+        };
         let mut body = String::new();
         for idx in 0..count {
             body += &format!(
@@ -134,9 +189,8 @@ impl Pass {
         let o = occluders[{index}{idx}u];
         let p = textureLoad(positions, at, 0).xyz;
         let n = fma(textureLoad(normals, at, 0).xyz, vec3f(2.0), vec3f(-1.0));
-        t *= {};
-    }}\n",
-                self.transmittance
+        {step}
+    }}\n"
             );
         }
         let entry = format!(
@@ -144,13 +198,15 @@ impl Pass {
 @compute @workgroup_size(8, 8)
 fn shade(@builtin(global_invocation_id) id: vec3u) {{
     var t = 1.0;
-{body}    textureStore(result, id.xy, vec4f(t));
+    var left = vec4f(0.0, 0.0, 0.0, 1.0);
+{body}    textureStore(result, id.xy, {written});
 }}\n"
         );
         Kernel {
             name: self.name.to_owned(),
             wgsl: [SHADING, BINDINGS, NAIVE, PARTS, &entry].concat(),
             entry_point: "shade".to_owned(),
+            constants: vec![],
         }
     }
 }

@@ -67,7 +67,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         };
         console.result(&row.line());
     }
-    for kernel in shaders {
+    for kernel in kernels::tiled().into_iter().chain(shaders) {
         let row = Row {
             cost: cost(&compiler, &kernel)?,
             name: kernel.name,
@@ -207,8 +207,14 @@ fn spirv(kernel: &Kernel) -> anyhow::Result<(Vec<u32>, Bindings)> {
         .map_err(|e| anyhow::anyhow!(e.emit_to_string(&kernel.wgsl)))?;
     let all = valid::Capabilities::all();
     let info = valid::Validator::new(valid::ValidationFlags::all(), all).validate(&module)?;
+    let named = kernel.constants.iter();
+    let constants = named.map(|(name, value)| ((*name).to_owned(), *value));
+    let (module, info) =
+        back::pipeline_constants::process_overrides(&module, &info, None, &constants.collect())?;
     let options = back::spv::Options {
         lang_version: (1, 3),
+        // Shaders of ours clear what they read.
+        zero_initialize_workgroup_memory: back::spv::ZeroInitializeWorkgroupMemoryMode::None,
         ..Default::default()
     };
     let pipeline = back::spv::PipelineOptions {
@@ -266,5 +272,6 @@ fn from_file(argument: &str) -> anyhow::Result<Kernel> {
         name: argument.to_owned(),
         wgsl,
         entry_point: entry_point.to_owned(),
+        constants: vec![],
     })
 }
