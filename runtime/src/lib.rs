@@ -38,20 +38,33 @@
 //! * [`Instance`] and a grid make an [`AogridOccluder`], the uniform that both read.
 //! * [`GridTexture`], [`tables`]: what a device needs, uploaded once, shared by all instances.
 //! * [`OcclusionPass`]: new, prepare, draw; the back faces of the boxes over a G-buffer.
+//! * [`EnvironmentMap`], [`EnvironmentPass`], [`wgsl::ENVIRONMENT`] and its twin [`environment`]: light
+//!   from all around, less what the occluders hide of it.
 //! * [`LinearTexture`]: a texture and its filter on the CPU.
 //!
 //! Nothing here creates a device, submits, or waits; every object on the device has a label.
 //! `docs/runtime.md` is the guide; the version of wgpu is [re-exported](wgpu).
 
+pub mod environment;
 pub mod shading;
 pub mod tables;
 pub mod wgsl;
 
+mod environment_map;
+mod environment_pass;
+mod environment_texture;
 mod grid_texture;
 mod linear_texture;
 mod occluder;
 mod occlusion_pass;
 
+pub use environment::{AogridCone, AogridEnvironment, Up};
+pub use environment_map::{EnvironmentMap, EnvironmentMapError};
+pub use environment_pass::{
+    EnvironmentFrame, EnvironmentFrameError, EnvironmentPass, EnvironmentPassDescriptor,
+    EnvironmentPassError, Reflection,
+};
+pub use environment_texture::EnvironmentTexture;
 pub use grid_texture::{GridTexture, GridTextureError};
 pub use linear_texture::LinearTexture;
 pub use occluder::{AogridOccluder, Instance, InstanceError};

@@ -1,11 +1,20 @@
-use aogrid_runtime::{AogridOccluder, wgsl};
+use aogrid_runtime::{AogridEnvironment, AogridOccluder, wgsl};
 use std::mem::offset_of;
 
 /// Everything that the crate publishes or compiles, and how many entry points each has.
-const MODULES: [(&str, &str, usize); 2] = [
+const MODULES: [(&str, &str, usize); 4] = [
     ("shading", wgsl::SHADING, 0),
+    ("environment", LIBRARY, 0),
     ("occlusion pass", wgsl::OCCLUSION_PASS, 5),
+    ("environment pass", wgsl::ENVIRONMENT_PASS, 3),
 ];
+
+/// All of the library, one file behind the other.
+const LIBRARY: &str = concat!(
+    include_str!("../../src/constants.wgsl"),
+    include_str!("../../src/shading.wgsl"),
+    include_str!("../../src/environment.wgsl")
+);
 
 fn parse(name: &str, source: &str) -> naga::Module {
     let module = naga::front::wgsl::parse_str(source)
@@ -50,12 +59,13 @@ fn no_shader_file_is_left_out() {
             }
         }
     }
-    assert_eq!(found, 3);
+    assert_eq!(found, 5);
 }
 
 #[test]
 fn the_library_can_be_pasted_anywhere() {
-    let module = parse("shading", wgsl::SHADING);
+    assert_eq!(LIBRARY, [wgsl::SHADING, wgsl::ENVIRONMENT].concat());
+    let module = parse("library", LIBRARY);
     assert!(module.global_variables.is_empty(), "it binds something");
     assert!(module.overrides.is_empty(), "it asks for constants");
     let functions = module.functions.iter().map(|(_, f)| f.name.as_deref());
@@ -70,12 +80,41 @@ fn the_library_can_be_pasted_anywhere() {
 
 #[test]
 fn every_function_has_a_twin_of_the_same_name() {
-    let module = parse("shading", wgsl::SHADING);
-    let twin = include_str!("../../src/shading.rs");
+    let module = parse("library", LIBRARY);
+    let twin = [
+        include_str!("../../src/shading.rs"),
+        include_str!("../../src/environment.rs"),
+    ]
+    .concat();
     for (_, function) in module.functions.iter() {
         let name = function.name.as_deref().unwrap();
         assert!(twin.contains(&format!("pub fn {name}(")), "{name}");
     }
+}
+
+#[test]
+fn the_environment_is_laid_out_alike_in_rust_and_wgsl() {
+    let module = parse("library", LIBRARY);
+    let (_, environment) = module
+        .types
+        .iter()
+        .find(|(_, t)| t.name.as_deref() == Some("AogridEnvironment"))
+        .unwrap();
+    let naga::TypeInner::Struct { members, span } = &environment.inner else {
+        panic!("it is a struct");
+    };
+    let expected = [
+        ("map_x", offset_of!(AogridEnvironment, map_x)),
+        ("map_y", offset_of!(AogridEnvironment, map_y)),
+        ("map_z", offset_of!(AogridEnvironment, map_z)),
+        ("scale", offset_of!(AogridEnvironment, scale)),
+    ];
+    let found: Vec<_> = members
+        .iter()
+        .map(|m| (m.name.as_deref().unwrap(), m.offset as usize))
+        .collect();
+    assert_eq!(found, expected);
+    assert_eq!(*span as usize, size_of::<AogridEnvironment>());
 }
 
 #[test]
