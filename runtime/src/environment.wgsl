@@ -44,10 +44,10 @@ fn aogrid_glossy(environment: AogridEnvironment, map: texture_2d<f32>, map_sampl
                  hidden: vec4f, normal: vec3f, mirrored: vec3f, lobe_fraction: f32) -> vec3f {
     let whole = AogridCone(mirrored, lobe_fraction);
     let lobe = aogrid_shared_cone(whole, AogridCone(normal, 0.5));
-    let shared_cone = aogrid_shared_cone(lobe, aogrid_occluded_cone(hidden, normal));
-    let share = saturate(shared_cone.fraction / max(lobe.fraction, AOGRID_FRACTION_GUARD));
+    let lost_cone = aogrid_shared_cone(whole, aogrid_occluded_cone(hidden, normal));
+    let share = saturate(lost_cone.fraction / max(lobe.fraction, AOGRID_FRACTION_GUARD));
     let all = aogrid_cone_radiance(environment, map, map_sampler, lobe);
-    let lost = aogrid_cone_radiance(environment, map, map_sampler, shared_cone);
+    let lost = aogrid_cone_radiance(environment, map, map_sampler, lost_cone);
     return max(all - share * lost, vec3f());
 }
 
@@ -84,18 +84,23 @@ fn aogrid_cosine_weighted_cone(cone: AogridCone, normal: vec3f) -> AogridCone {
     return AogridCone(sum * aogrid_inverse_length(sum), cone.fraction);
 }
 
-/// What two cones share, as a cone: with the fraction that they share, around the middle of what
-/// they share of the arc from one axis to the other.
+/// What two cones share, as a cone: with the fraction that they share, around its middle. That lies
+/// on the arc between the axes. Halfway along what both cover of the arc it does only for
+/// cones of one size; of a small cone that a larger one cuts, the less is cut off the nearer it
+/// is to the small one's axis: by the fourth root of what is cut off, within 0.02 of its radius.
 fn aogrid_shared_cone(first: AogridCone, second: AogridCone) -> AogridCone {
     let cos_gamma = dot(first.axis, second.axis);
     let across = second.axis - cos_gamma * first.axis;
     let gamma = atan2(length(across), cos_gamma);
-    let alpha = vec2f(aogrid_half_angle(first.fraction), aogrid_half_angle(second.fraction));
-    let middle = 0.5 * (max(-alpha.x, gamma - alpha.y) + min(alpha.x, gamma + alpha.y));
+    let a = vec2f(first.fraction, second.fraction);
+    let alpha = vec2f(aogrid_half_angle(a.x), aogrid_half_angle(a.y));
+    let fraction = aogrid_shared_fraction(a, alpha, gamma);
+    let halfway = 0.5 * (max(-alpha.x, gamma - alpha.y) + min(alpha.x, gamma + alpha.y));
+    let smaller = select(gamma, 0.0, a.x <= a.y);
+    let cut_off = saturate(1.0 - fraction / max(min(a.x, a.y), AOGRID_FRACTION_GUARD));
+    let middle = mix(smaller, halfway, sqrt(sqrt(cut_off)));
     let towards = across * aogrid_inverse_length(across);
-    let axis = cos(middle) * first.axis + sin(middle) * towards;
-    let fractions = vec2f(first.fraction, second.fraction);
-    return AogridCone(axis, aogrid_shared_fraction(fractions, alpha, gamma));
+    return AogridCone(cos(middle) * first.axis + sin(middle) * towards, fraction);
 }
 
 /// The half-angle of a cone.
