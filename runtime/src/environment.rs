@@ -16,6 +16,10 @@
 //! the weights that the map's levels have within a cone. Against ray tracing that
 //! leaves about half of the error of looking around d (`docs/runtime.md`).
 //!
+//! Several occluders around a receiver are no cone. Their sum of (AO/2) d′ is shorter than AO/2, and
+//! what is hidden is taken to be spread over as wide a cone as that tells, thinly: the floor between
+//! two objects does not mirror one in the middle.
+//!
 //! For a lobe no cosine counts. What it shares with the occluded cone is looked up where it is, in
 //! the middle of the lens, and the lobe itself as far as it is above the horizon: a lobe that is
 //! hidden whole is black.
@@ -87,13 +91,27 @@ impl AogridEnvironment {
     }
 }
 
-/// Directions around a unit axis that cover a fraction of the sphere, up to half of it.
+/// Directions around a unit axis that cover a fraction of the sphere, up to half of it; of them so
+/// many are meant, everywhere alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AogridCone {
     /// Of length 1.
     pub axis: [f32; 3],
     /// 0..=½.
     pub fraction: f32,
+    /// 0..=1; 1 where all of its directions are meant.
+    pub density: f32,
+}
+
+impl AogridCone {
+    /// All directions of a cone.
+    pub fn new(axis: [f32; 3], fraction: f32) -> Self {
+        Self {
+            axis,
+            fraction,
+            density: 1.0,
+        }
+    }
 }
 
 // ---- One call per pixel ------------------------------------------------------------------------
@@ -124,11 +142,11 @@ pub fn aogrid_glossy(
     mirrored: [f32; 3],
     lobe_fraction: f32,
 ) -> [f32; 3] {
-    let cone = |axis, fraction| AogridCone { axis, fraction };
-    let whole = cone(mirrored, lobe_fraction);
-    let lobe = aogrid_shared_cone(&whole, &cone(normal, 0.5));
+    let whole = AogridCone::new(mirrored, lobe_fraction);
+    let lobe = aogrid_shared_cone(&whole, &AogridCone::new(normal, 0.5));
     let lost_cone = aogrid_shared_cone(&whole, &aogrid_occluded_cone(hidden, normal));
-    let share = (lost_cone.fraction / lobe.fraction.max(AOGRID_FRACTION_GUARD)).clamp(0.0, 1.0);
+    let covered = lost_cone.fraction / lobe.fraction.max(AOGRID_FRACTION_GUARD);
+    let share = lost_cone.density * covered.clamp(0.0, 1.0);
     let all = aogrid_cone_radiance(environment, map, &lobe);
     let lost = aogrid_cone_radiance(environment, map, &lost_cone);
     less(all, share, lost)
@@ -146,7 +164,9 @@ pub fn aogrid_mirrored(eye: [f32; 4], position: [f32; 3], normal: [f32; 3]) -> [
 
 // ---- Cones -------------------------------------------------------------------------------------
 
-/// The cone that a pixel's occluders hide, as the receiver sees it.
+/// The cone that a pixel's occluders hide, as the receiver sees it. The sum of (AO/2) d′ is as long
+/// as AO/2 for occluders in one direction, and shorter for several around: the cone is then as wide
+/// as makes the mean of its directions shorter by that, and as much less dense.
 pub fn aogrid_occluded_cone(hidden: [f32; 4], normal: [f32; 3]) -> AogridCone {
     let [x, y, z, transmittance] = hidden;
     let sum = Vec3::new(x, y, z);
@@ -154,10 +174,14 @@ pub fn aogrid_occluded_cone(hidden: [f32; 4], normal: [f32; 3]) -> AogridCone {
         true => sum * aogrid_inverse_length(sum.to_array()),
         false => normal.into(),
     };
-    let cos_beta = axis.dot(normal.into());
+    let occlusion = 1.0 - transmittance;
+    let together = 2.0 * sum.length() / occlusion.max(AOGRID_FRACTION_GUARD);
+    let fraction = aogrid_occluded_fraction(occlusion, axis.dot(normal.into()));
+    let wide = (1.0 - together.clamp(0.0, 1.0) * (1.0 - fraction)).min(0.5);
     AogridCone {
         axis: axis.to_array(),
-        fraction: aogrid_occluded_fraction(1.0 - transmittance, cos_beta),
+        fraction: wide,
+        density: fraction / wide.max(AOGRID_FRACTION_GUARD),
     }
 }
 
@@ -177,7 +201,7 @@ pub fn aogrid_cosine_weighted_cone(cone: &AogridCone, normal: [f32; 3]) -> Aogri
     let sum = along * axis + (1.0 - c) * (2.0 + c) * normal;
     AogridCone {
         axis: (sum * aogrid_inverse_length(sum.to_array())).to_array(),
-        fraction: cone.fraction,
+        ..*cone
     }
 }
 
@@ -201,6 +225,7 @@ pub fn aogrid_shared_cone(first: &AogridCone, second: &AogridCone) -> AogridCone
     AogridCone {
         axis: (middle.cos() * axis + middle.sin() * towards).to_array(),
         fraction,
+        density: first.density * second.density,
     }
 }
 

@@ -19,10 +19,12 @@ struct AogridEnvironment {
     scale: vec4f,
 }
 
-/// Directions around a unit axis that cover a fraction of the sphere, up to half of it.
+/// Directions around a unit axis that cover a fraction of the sphere, up to half of it; of them so
+/// many are meant, everywhere alike.
 struct AogridCone {
     axis: vec3f,
     fraction: f32,
+    density: f32,
 }
 
 // ---- One call per pixel ------------------------------------------------------------------------
@@ -42,10 +44,11 @@ fn aogrid_lambertian(environment: AogridEnvironment, map: texture_2d<f32>, map_s
 /// lobe times the mean radiance there.
 fn aogrid_glossy(environment: AogridEnvironment, map: texture_2d<f32>, map_sampler: sampler,
                  hidden: vec4f, normal: vec3f, mirrored: vec3f, lobe_fraction: f32) -> vec3f {
-    let whole = AogridCone(mirrored, lobe_fraction);
-    let lobe = aogrid_shared_cone(whole, AogridCone(normal, 0.5));
+    let whole = AogridCone(mirrored, lobe_fraction, 1.0);
+    let lobe = aogrid_shared_cone(whole, AogridCone(normal, 0.5, 1.0));
     let lost_cone = aogrid_shared_cone(whole, aogrid_occluded_cone(hidden, normal));
-    let share = saturate(lost_cone.fraction / max(lobe.fraction, AOGRID_FRACTION_GUARD));
+    let covered = lost_cone.fraction / max(lobe.fraction, AOGRID_FRACTION_GUARD);
+    let share = lost_cone.density * saturate(covered);
     let all = aogrid_cone_radiance(environment, map, map_sampler, lobe);
     let lost = aogrid_cone_radiance(environment, map, map_sampler, lost_cone);
     return max(all - share * lost, vec3f());
@@ -61,11 +64,18 @@ fn aogrid_mirrored(eye: vec4f, position: vec3f, normal: vec3f) -> vec3f {
 
 // ---- Cones -------------------------------------------------------------------------------------
 
-/// The cone that a pixel's occluders hide, as the receiver sees it.
+/// The cone that a pixel's occluders hide, as the receiver sees it. The sum of (AO/2) d' is as long
+/// as AO/2 for occluders in one direction, and shorter for several around: the cone is then as wide
+/// as makes the mean of its directions shorter by that, and as much less dense.
 fn aogrid_occluded_cone(hidden: vec4f, normal: vec3f) -> AogridCone {
-    let has_axis = dot(hidden.xyz, hidden.xyz) > AOGRID_AXIS_GUARD;
+    let occlusion = 1.0 - hidden.w;
+    let axis_length = length(hidden.xyz);
+    let has_axis = axis_length * axis_length > AOGRID_AXIS_GUARD;
     let axis = select(normal, hidden.xyz * aogrid_inverse_length(hidden.xyz), has_axis);
-    return AogridCone(axis, aogrid_occluded_fraction(1.0 - hidden.w, dot(axis, normal)));
+    let together = saturate(2.0 * axis_length / max(occlusion, AOGRID_FRACTION_GUARD));
+    let fraction = aogrid_occluded_fraction(occlusion, dot(axis, normal));
+    let wide = min(1.0 - together * (1.0 - fraction), 0.5);
+    return AogridCone(axis, wide, fraction / max(wide, AOGRID_FRACTION_GUARD));
 }
 
 /// The fraction of a cone that hides so much, its axis at `cos_beta` to the normal:
@@ -81,7 +91,7 @@ fn aogrid_cosine_weighted_cone(cone: AogridCone, normal: vec3f) -> AogridCone {
     let c = fma(-2.0, cone.fraction, 1.0);
     let along = 3.0 * c * (1.0 + c) * max(dot(cone.axis, normal), AOGRID_FRACTION_GUARD);
     let sum = along * cone.axis + (1.0 - c) * (2.0 + c) * normal;
-    return AogridCone(sum * aogrid_inverse_length(sum), cone.fraction);
+    return AogridCone(sum * aogrid_inverse_length(sum), cone.fraction, cone.density);
 }
 
 /// What two cones share, as a cone: with the fraction that they share, around its middle. That lies
@@ -100,7 +110,8 @@ fn aogrid_shared_cone(first: AogridCone, second: AogridCone) -> AogridCone {
     let cut_off = saturate(1.0 - fraction / max(min(a.x, a.y), AOGRID_FRACTION_GUARD));
     let middle = mix(smaller, halfway, sqrt(sqrt(cut_off)));
     let towards = across * aogrid_inverse_length(across);
-    return AogridCone(cos(middle) * first.axis + sin(middle) * towards, fraction);
+    let axis = cos(middle) * first.axis + sin(middle) * towards;
+    return AogridCone(axis, fraction, first.density * second.density);
 }
 
 /// The half-angle of a cone.

@@ -45,10 +45,7 @@ fn directions() -> Vec<DVec3> {
 }
 
 fn cone(axis: DVec3, fraction: f32) -> AogridCone {
-    AogridCone {
-        axis: axis.as_vec3().to_array(),
-        fraction,
-    }
+    AogridCone::new(axis.as_vec3().to_array(), fraction)
 }
 
 #[test]

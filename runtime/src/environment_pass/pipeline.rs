@@ -110,8 +110,20 @@ pub(super) fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
 
 /// A texture with nothing in it, for positions that no shader will read.
 pub(super) fn no_positions(device: &wgpu::Device) -> wgpu::TextureView {
-    let format = wgpu::TextureFormat::Rgba32Float;
-    crate::occlusion_pass::nothing(device, format)
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("aogrid no positions"),
+        size: wgpu::Extent3d::default(),
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba8Unorm,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    texture.create_view(&wgpu::TextureViewDescriptor {
+        label: Some("aogrid no positions"),
+        ..Default::default()
+    })
 }
 
 /// The `override`s of the WGSL.

@@ -3,8 +3,6 @@
 
 mod pipeline;
 
-pub(crate) use pipeline::nothing;
-
 use std::num::NonZeroU64;
 
 use aogrid_grid_format::Encoding;
@@ -223,8 +221,8 @@ impl OcclusionPass {
                 Output::TransmittanceAndAxis => tables::clip_table(device, queue),
             },
             sampler: tables::linear_clamp_sampler(device),
-            no_normals: nothing(device, wgpu::TextureFormat::Rgba8Unorm),
-            no_receivers: nothing(device, wgpu::TextureFormat::R32Uint),
+            no_normals: pipeline::nothing(device, wgpu::TextureFormat::Rgba8Unorm),
+            no_receivers: pipeline::nothing(device, wgpu::TextureFormat::R32Uint),
             frame_buffer: device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("aogrid frame"),
                 size: size_of::<[[f32; 4]; 4]>() as u64,

@@ -130,7 +130,7 @@ pub(super) fn new(
 }
 
 /// A texture with nothing in it, for a binding that no shader will read.
-pub(crate) fn nothing(device: &wgpu::Device, format: wgpu::TextureFormat) -> wgpu::TextureView {
+pub(super) fn nothing(device: &wgpu::Device, format: wgpu::TextureFormat) -> wgpu::TextureView {
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: Some("aogrid nothing"),
         size: wgpu::Extent3d::default(),

@@ -2,9 +2,9 @@ use std::f32::consts::FRAC_PI_2;
 
 use aogrid_runtime::environment::*;
 use aogrid_runtime::{
-    AogridEnvironment, EnvironmentFrame, EnvironmentFrameError, EnvironmentMap, EnvironmentPass,
-    EnvironmentPassDescriptor, EnvironmentPassError, EnvironmentTexture, Normals, Positions,
-    Reflection, Up, wgsl,
+    AogridCone, AogridEnvironment, EnvironmentFrame, EnvironmentFrameError, EnvironmentMap,
+    EnvironmentPass, EnvironmentPassDescriptor, EnvironmentPassError, EnvironmentTexture, Normals,
+    Positions, Reflection, Up, wgsl,
 };
 use glam::{Mat4, Vec3};
 
@@ -166,7 +166,8 @@ fn receivers() -> Vec<Input> {
             1 => 1.0,
             _ => (idx as f32 * 0.618_034).fract(),
         };
-        let sum = 0.5 * occlusion * above(1);
+        // Of occluders on one side, or on several.
+        let sum = 0.5 * occlusion * above(1) * [1.0, 0.8, 0.3][idx % 3];
         let lobe = 0.5 * 4.0_f32.powf(-4.0 * (idx as f32 * 0.381_966).fract());
         [
             normal.extend(0.0).to_array(),
@@ -225,30 +226,35 @@ fn cones_are_the_twin_s() {
     let occluded = bench.worst(
         "let c = aogrid_occluded_cone(q, p.xyz);
          let w = aogrid_cosine_weighted_cone(c, p.xyz);
-         return vec4f(w.axis, c.fraction + aogrid_half_angle(s.x));",
+         return vec4f(w.axis, c.fraction + w.density + aogrid_half_angle(s.x));",
         &receivers(),
         |[p, q, _, s]| {
             let cone = aogrid_occluded_cone(*q, xyz(*p));
             let weighted = aogrid_cosine_weighted_cone(&cone, xyz(*p));
-            with(weighted.axis, cone.fraction + aogrid_half_angle(s[0]))
+            let sum = cone.fraction + weighted.density + aogrid_half_angle(s[0]);
+            with(weighted.axis, sum)
         },
     );
-    // √(1 − AO/cos β) near 0: the root of a rounding, by half.
+    // √(1 − AO/cos β) near 0: the root of a rounding, by half; and the density, twice that.
     assert!(
-        occluded <= 0.5 * (2.0_f32 * ROUNDING).sqrt() + ARC_TANGENT,
+        occluded <= 1.5 * (2.0_f32 * ROUNDING).sqrt() + ARC_TANGENT,
         "{occluded}"
     );
     let shared = bench.worst(
-        "let both = aogrid_shared_cone(AogridCone(r.xyz, s.x), AogridCone(p.xyz, 0.5));
-         let third = aogrid_shared_cone(both, AogridCone(r.zxy, 0.1));
-         return vec4f(both.axis, both.fraction + third.fraction);",
+        "let both = aogrid_shared_cone(AogridCone(r.xyz, s.x, 0.5), AogridCone(p.xyz, 0.5, 1.0));
+         let third = aogrid_shared_cone(both, AogridCone(r.zxy, 0.1, 0.7));
+         return vec4f(both.axis, both.fraction + third.fraction * third.density);",
         &receivers(),
         |[p, _, r, s]| {
-            let cone = |axis, fraction| AogridCone { axis, fraction };
-            let both = aogrid_shared_cone(&cone(xyz(*r), s[0]), &cone(xyz(*p), 0.5));
-            let turned = cone([r[2], r[0], r[1]], 0.1);
+            let cone = |axis, fraction, density| AogridCone {
+                axis,
+                fraction,
+                density,
+            };
+            let both = aogrid_shared_cone(&cone(xyz(*r), s[0], 0.5), &cone(xyz(*p), 0.5, 1.0));
+            let turned = cone([r[2], r[0], r[1]], 0.1, 0.7);
             let third = aogrid_shared_cone(&both, &turned);
-            with(both.axis, both.fraction + third.fraction)
+            with(both.axis, both.fraction + third.fraction * third.density)
         },
     );
     // Angles of arc tangents, of which the middle and the lens take half of a few.

@@ -60,6 +60,8 @@ pub(crate) enum Mode {
     Occlusion,
     /// By the occluders' grids as cones that the receiver's plane clips, multiplied
     Cone,
+    /// The same, and light from the environment without what comes from the cones' side
+    Environment,
 }
 
 /// Where grids are looked up.
@@ -84,6 +86,7 @@ impl Mode {
             Self::Truth => "truth",
             Self::Occlusion => "occlusion",
             Self::Cone => "cone",
+            Self::Environment => "environment",
         }
     }
 }

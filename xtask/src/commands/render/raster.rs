@@ -63,7 +63,7 @@ fn draw_picture(job: &Job<'_>, gpu: &Context, model: Model) -> anyhow::Result<Sh
     }
     let transmittance = draw(gpu, gbuffer.size, &passes)?;
     let occlusion = pixels.iter().map(|&pixel| 1.0 - transmittance[pixel]);
-    Ok(casters::shaded(job, occlusion.collect()))
+    casters::shaded(job, occlusion.collect())
 }
 
 fn occluders(

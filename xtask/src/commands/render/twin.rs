@@ -38,7 +38,7 @@ pub(super) fn shade(job: &Job<'_>, model: Model) -> anyhow::Result<Shaded> {
     });
     let casters: Vec<_> = textured.collect();
     let occlusion = occlusions(job, &casters, model)?;
-    Ok(casters::shaded(job, occlusion))
+    casters::shaded(job, occlusion)
 }
 
 /// 1 minus the product of all transmittances, for each receiver.
@@ -60,7 +60,7 @@ fn occlusions(job: &Job<'_>, casters: &[Textured<'_>], model: Model) -> anyhow::
         }
         let pairs = receivers.iter().zip(ids);
         let one = |(receiver, &id): (&Receiver, &u32)| {
-            let casting = casters.iter().filter(|c| c.casts_on(id, layers(id)));
+            let casting = casters.iter().filter(|c| c.caster.casts_on(id, layers(id)));
             let product: f32 = casting
                 .map(|caster| caster.transmittance(receiver, id, model, &table))
                 .product();
@@ -73,11 +73,6 @@ fn occlusions(job: &Job<'_>, casters: &[Textured<'_>], model: Model) -> anyhow::
 }
 
 impl Textured<'_> {
-    fn casts_on(&self, id: u32, layers: u32) -> bool {
-        let instance = self.caster.instance;
-        instance.casts_on & layers != 0 && !instance.excludes.contains(&id)
-    }
-
     fn transmittance(
         &self,
         receiver: &Receiver,

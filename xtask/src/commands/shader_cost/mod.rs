@@ -67,7 +67,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         };
         console.result(&row.line());
     }
-    for kernel in shaders {
+    for kernel in kernels::lights().chain(shaders) {
         let row = Row {
             cost: cost(&compiler, &kernel)?,
             name: kernel.name,
