@@ -1,23 +1,5 @@
 //! A latitude-longitude map, prefiltered: the mean radiance over cones of many sizes, about every
 //! axis.
-//!
-//! # Theory
-//!
-//! A look-up wants the mean over a cone of a fraction `a` of the sphere (RR-5779, 5.3). The mip
-//! chain that graphics libraries make of a latitude-longitude map does not have it: near the poles
-//! a texel is a sliver of the solid angle that it has at the equator, and a box of texels is no
-//! cone anywhere. So each level is a convolution on the sphere, by [integration](prefilter) over
-//! the given map, whose texels count as areas of one radiance.
-//!
-//! Level l holds cones of a = ½ · 4^(l − 4): half-angles of 5.1°, 10.1°, 20.4°, 41.4° and 90°.
-//! Within its cone a direction counts by its cosine to the axis. That makes the last level the
-//! irradiance over π, what a white surface reflects, and what a receiver that is hidden whole
-//! loses is exactly what it would get: AO = 1 is black under every sky.
-//!
-//! Rows of a level lie *on* colatitudes from pole to pole, the first and the last on the poles
-//! themselves: each is one value, and what is interpolated has neither a seam nor a pinch there.
-//! The levels of one texture do not share such a coordinate: a look-up between two of them reads
-//! each at its own.
 
 mod prefilter;
 mod source;
@@ -28,6 +10,22 @@ use source::Source;
 
 /// Mean radiance over cones: what the twin looks up, and what an
 /// [`EnvironmentTexture`](crate::EnvironmentTexture) holds on a device.
+///
+/// A look-up wants the mean over a cone of a fraction `a` of the sphere (RR-5779, 5.3). The mip
+/// chain that graphics libraries make of a latitude-longitude map does not have it: near the poles
+/// a texel is a sliver of the solid angle that it has at the equator, and a box of texels is no
+/// cone anywhere. So each level is a convolution on the sphere, by integration over the given map,
+/// whose texels count as areas of one radiance.
+///
+/// Level l holds cones of a = ½ · 4^(l − 4): half-angles of 5.1°, 10.1°, 20.4°, 41.4° and 90°.
+/// Within its cone a direction counts by its cosine to the axis. That makes the last level the
+/// irradiance over π, what a white surface reflects, and what a receiver that is hidden whole
+/// loses is exactly what it would get: AO = 1 is black under every sky.
+///
+/// Rows of a level lie *on* colatitudes from pole to pole, the first and the last on the poles
+/// themselves: each is one value, and what is interpolated has neither a seam nor a pinch there.
+/// The levels of one texture do not share such a coordinate: a look-up between two of them reads
+/// each at its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnvironmentMap {
     levels: Vec<Level>,

@@ -50,7 +50,7 @@ fn cone(axis: DVec3, fraction: f32) -> AogridCone {
 
 #[test]
 fn a_constant_sky_is_constant_in_every_cone() {
-    for size in [[1, 1], [7, 3], [512, 256], [1500, 700]] {
+    for size in [[1, 1], [7, 3], [1500, 700]] {
         let map = painted(size, |_| [0.3, 1.0, 700.0]);
         let environment = AogridEnvironment::new(Up::Y, 0.3);
         for direction in directions() {

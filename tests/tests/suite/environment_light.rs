@@ -26,11 +26,26 @@ struct Found {
     occluder: Occluder,
 }
 
-const TRUTH: TruthOptions = TruthOptions {
-    samples: 512,
-    seed: 0,
-    max_distance: None,
-};
+/// A world's light, and what a renderer has of it.
+struct Light {
+    name: &'static str,
+    environment: Environment,
+    map: EnvironmentMap,
+    place: AogridEnvironment,
+}
+
+/// Of so many samples a receiver the noise is a few thousandths of AO.
+const SAMPLES: u32 = 512;
+
+/// For scenes by their grids, which are off by ten times that.
+const FEW_SAMPLES: u32 = 256;
+
+fn options(samples: u32) -> TruthOptions {
+    TruthOptions {
+        samples,
+        ..TruthOptions::recommended()
+    }
+}
 
 /// A ball with its exact cones, over a floor that it nearly touches and beside a wall.
 fn ball() -> Found {
@@ -162,19 +177,28 @@ const REAL: [&str; 4] = [
 ];
 
 /// The maps that the data folder need not be there for, and those that are there.
-fn environments() -> Vec<(&'static str, Environment)> {
+fn lights() -> Vec<Light> {
     let ours = [("gradient", gradient()), ("room", room())];
     let real = REAL
         .into_iter()
         .filter_map(|name| Some((name, real(name)?)));
-    ours.into_iter().chain(real).collect()
+    let all = ours.into_iter().chain(real);
+    all.map(|(name, environment)| Light::new(name, environment))
+        .collect()
 }
 
-fn prefiltered(environment: &Environment) -> (EnvironmentMap, AogridEnvironment) {
-    let map = EnvironmentMap::new(environment.size(), environment.texels()).unwrap();
-    let rows = environment.map_from_world();
-    let place = AogridEnvironment::from_rotation(rows.map(|row| row.map(|x| x as f32)));
-    (map, place)
+impl Light {
+    fn new(name: &'static str, environment: Environment) -> Self {
+        let map = EnvironmentMap::new(environment.size(), environment.texels()).unwrap();
+        let rows = environment.map_from_world();
+        let place = AogridEnvironment::from_rotation(rows.map(|row| row.map(|x| x as f32)));
+        Self {
+            name,
+            environment,
+            map,
+            place,
+        }
+    }
 }
 
 /// Root mean squares over receivers and colours, over the mean of the truth: of ours and of what
@@ -204,22 +228,22 @@ fn errors(
 }
 
 /// Diffuse receivers' errors.
-fn diffuse(found: &Found, environment: &Environment) -> [f64; 2] {
+fn diffuse(found: &Found, light: &Light, samples: u32) -> [f64; 2] {
     let lighting = Lighting {
-        environment: Some(environment),
+        environment: Some(&light.environment),
         ..Default::default()
     };
-    let occluder = Some(&found.occluder);
-    let truth = truth::shade(occluder, &found.receivers, &lighting, &TRUTH, UNOBSERVED).unwrap();
-    let (map, place) = prefiltered(environment);
+    let (occluder, options) = (Some(&found.occluder), options(samples));
+    let truth = truth::shade(occluder, &found.receivers, &lighting, &options, UNOBSERVED);
+    let Light { map, place, .. } = light;
     let normal = |idx: usize| found.receivers[idx].normal.map(|x| x as f32);
-    let ours = |idx: usize| aogrid_lambertian(&place, &map, found.hidden[idx], normal(idx));
-    let all = |idx: usize| aogrid_irradiance(&place, &map, normal(idx));
-    errors(&truth, ours, all, &found.hidden)
+    let ours = |idx: usize| aogrid_lambertian(place, map, found.hidden[idx], normal(idx));
+    let all = |idx: usize| aogrid_irradiance(place, map, normal(idx));
+    errors(&truth.unwrap(), ours, all, &found.hidden)
 }
 
 /// Glossy receivers' errors, as seen from above and in front.
-fn glossy(found: &Found, environment: &Environment, half_angle: f64) -> [f64; 2] {
+fn glossy(found: &Found, light: &Light, half_angle: f64) -> [f64; 2] {
     let eye = DVec3::new(2.0, 2.5, 4.0);
     let lobe = |receiver: &Receiver| {
         let towards = (eye - DVec3::from(receiver.position)).normalize();
@@ -227,18 +251,18 @@ fn glossy(found: &Found, environment: &Environment, half_angle: f64) -> [f64; 2]
     };
     let lobes: Vec<_> = found.receivers.iter().map(lobe).collect();
     let lighting = Lighting {
-        environment: Some(environment),
+        environment: Some(&light.environment),
         ..Default::default()
     };
-    let truth = truth::reflect(Some(&found.occluder), &lobes, &lighting, &TRUTH, UNOBSERVED);
-    let (map, place) = prefiltered(environment);
+    let (occluder, options) = (Some(&found.occluder), options(SAMPLES));
+    let truth = truth::reflect(occluder, &lobes, &lighting, &options, UNOBSERVED);
     let fraction = (0.5 * (1.0 - half_angle.to_radians().cos())) as f32;
-    let light = |idx: usize, hidden| {
+    let reflected = |idx: usize, hidden| {
         let [n, axis] = [found.receivers[idx].normal, lobes[idx].axis].map(|v| v.map(|x| x as f32));
-        aogrid_glossy(&place, &map, hidden, n, axis, fraction)
+        aogrid_glossy(&light.place, &light.map, hidden, n, axis, fraction)
     };
-    let ours = |idx: usize| light(idx, found.hidden[idx]);
-    let all = |idx: usize| light(idx, [0.0, 0.0, 0.0, 1.0]);
+    let ours = |idx: usize| reflected(idx, found.hidden[idx]);
+    let all = |idx: usize| reflected(idx, [0.0, 0.0, 0.0, 1.0]);
     errors(&truth.unwrap(), ours, all, &found.hidden)
 }
 
@@ -247,15 +271,14 @@ fn report(what: &str, name: &str, [ours, darkened]: [f64; 2]) {
     println!("{what:24} {name:28} {ours:.4}, (1 - AO) B {darkened:.4}: {ratio:.2} of it");
 }
 
-/// What the issue of the printed B − A is: a constant sky must leave (1 − AO) B.
+/// The printed B − A would be nothing under a constant sky.
 #[test]
 fn a_constant_sky_is_darkened_by_ao_and_a_lobe_by_what_is_hidden_of_it() {
-    let sky = by_height(|_| [0.5, 1.0, 2.0]);
-    let (map, place) = prefiltered(&sky);
+    let sky = Light::new("constant", by_height(|_| [0.5, 1.0, 2.0]));
     let ball = ball();
     for (receiver, &hidden) in ball.receivers.iter().zip(&ball.hidden) {
         let n = receiver.normal.map(|x| x as f32);
-        let light = aogrid_lambertian(&place, &map, hidden, n);
+        let light = aogrid_lambertian(&sky.place, &sky.map, hidden, n);
         for (light, sky) in light.into_iter().zip([0.5, 1.0, 2.0]) {
             assert!(
                 (light / sky - hidden[3]).abs() < 0.005,
@@ -263,12 +286,13 @@ fn a_constant_sky_is_darkened_by_ao_and_a_lobe_by_what_is_hidden_of_it() {
             );
         }
     }
-    // Where AO is exact but for a table's 0.001, so is the light.
-    let [ours, _] = diffuse(&ball, &sky);
-    assert!(ours < 0.005, "{ours}");
+    // AO is exact but for a table's 0.001 and the ball's 20,000 triangles, and so is the light.
+    let errors = diffuse(&ball, &sky, 8 * SAMPLES);
+    report("ball", sky.name, errors);
+    assert!(errors[0] < 0.005, "{errors:?}");
     for half_angle in LOBES {
         let errors = glossy(&ball, &sky, half_angle);
-        report(&format!("ball, lobe of {half_angle}°"), "constant", errors);
+        report(&format!("ball, lobe of {half_angle}°"), sky.name, errors);
         assert!(errors[0] < 0.5 * errors[1], "{half_angle}: {errors:?}");
     }
 }
@@ -280,35 +304,43 @@ const LOBES: [f64; 3] = [10.0, 25.0, 50.0];
 #[test]
 fn a_ball_s_shadow_has_half_the_error_of_darkening_and_less() {
     let ball = ball();
-    for (name, environment) in environments() {
-        let errors = diffuse(&ball, &environment);
-        report("ball", name, errors);
-        assert!(errors[0] < 0.5 * errors[1], "{name}: {errors:?}");
+    for light in lights() {
+        let errors = diffuse(&ball, &light, SAMPLES);
+        report("ball", light.name, errors);
+        assert!(errors[0] < 0.5 * errors[1], "{}: {errors:?}", light.name);
     }
 }
 
 #[test]
 fn a_ball_is_mirrored_in_glossy_surfaces() {
     let ball = ball();
-    for (name, environment) in environments() {
+    for light in lights() {
+        // A sun of one texel is in a lobe or not: the truth itself is noise there.
+        if light.name == SUN {
+            continue;
+        }
         for half_angle in LOBES {
-            let errors = glossy(&ball, &environment, half_angle);
-            report(&format!("ball, lobe of {half_angle}°"), name, errors);
-            assert!(errors[0] < errors[1], "{name} {half_angle}: {errors:?}");
-            // Where no small sun is chiefly what is mirrored.
-            if ["gradient", "room", "venice_dwab.exr"].contains(&name) {
-                assert!(
-                    errors[0] < 0.5 * errors[1],
-                    "{name} {half_angle}: {errors:?}"
-                );
-            }
+            let errors = glossy(&ball, &light, half_angle);
+            report(&format!("ball, lobe of {half_angle}°"), light.name, errors);
+            let limit = if light.name == "forest_dwab.exr" {
+                1.0
+            } else {
+                LOBE_LIMIT
+            };
+            assert!(errors[0] < limit * errors[1], "{half_angle}: {errors:?}");
         }
     }
 }
 
+/// Of the error of 1 − AO times the whole lobe. Gaps between the forest's leaves are small suns.
+const LOBE_LIMIT: f64 = 0.75;
+
+const SUN: &str = "spiaggia_di_mondello_1k.hdr";
+
 /// What grids of 32³ cells and 8 bits make of it, whose AO is off by itself.
 #[test]
 fn scenes_by_their_grids_are_reported() {
+    let lights = lights();
     let mut sums = [0.0; 2];
     for scene in [
         "box-on-floor.toml",
@@ -317,9 +349,9 @@ fn scenes_by_their_grids_are_reported() {
         "robot.toml",
     ] {
         let found = by_grids(scene);
-        for (name, environment) in environments() {
-            let errors = diffuse(&found, &environment);
-            report(scene, name, errors);
+        for light in &lights {
+            let errors = diffuse(&found, light, FEW_SAMPLES);
+            report(scene, light.name, errors);
             (0..2).for_each(|k| sums[k] += errors[k] * errors[k]);
         }
     }
@@ -342,15 +374,15 @@ fn integral(environment: &Environment, axis: DVec3, fraction: f64) -> DVec3 {
     (0..POINTS).map(radiance).sum::<DVec3>() / f64::from(POINTS)
 }
 
-/// Texels are filtered linearly, levels mixed by the logarithm of a fraction: what that costs.
+/// Texels are filtered linearly, levels mixed by the logarithm of a fraction: what that costs, in
+/// maps without a sun, which points would miss.
 #[test]
 fn look_ups_between_texels_and_levels_are_close_to_integrals_over_real_maps() {
-    for name in REAL {
+    for name in REAL.into_iter().filter(|name| *name != SUN) {
         let Some(environment) = real(name) else {
             return;
         };
-        let (map, _) = prefiltered(&environment);
-        let place = AogridEnvironment::new(Up::Y, 0.0);
+        let light = Light::new(name, environment);
         let off = |idx: u32, steps: f64| {
             let height = 1.0 - 2.0 * (f64::from(idx) * 0.754_877_666).fract();
             let (sin, cos) = (2.399_963_23 * f64::from(idx)).sin_cos();
@@ -358,19 +390,30 @@ fn look_ups_between_texels_and_levels_are_close_to_integrals_over_real_maps() {
             let axis = DVec3::new(level.sqrt() * cos, height, level.sqrt() * sin);
             let fraction = 0.5 * 4.0_f64.powf(-steps);
             let cone = AogridCone::new(axis.as_vec3().to_array(), fraction as f32);
-            let found = aogrid_cone_radiance(&place, &map, &cone).map(f64::from);
-            let exact = integral(&environment, axis, fraction);
-            [
-                (DVec3::from(found) - exact).length_squared(),
-                exact.length_squared(),
-            ]
+            let found = aogrid_cone_radiance(&light.place, &light.map, &cone).map(f64::from);
+            let exact = integral(&light.environment, axis, fraction);
+            let off = DVec3::from(found) - exact;
+            [off.length_squared(), exact.length_squared()]
         };
         for steps in [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0] {
-            let squares = (0..60).into_par_iter().map(|idx| off(idx, steps));
+            let squares = (0..40).into_par_iter().map(|idx| off(idx, steps));
             let sum = squares.reduce(|| [0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
             let relative = (sum[0] / sum[1]).sqrt();
             println!("{name:28} level {:.1}: {relative:.4}", 4.0 - steps);
-            assert!(relative < 0.35, "{name} {steps}: {relative}");
+            let limit = if steps.fract() == 0.0 {
+                AT_LEVELS
+            } else {
+                BETWEEN
+            };
+            assert!(relative < limit, "{name} {steps}: {relative}");
         }
     }
 }
+
+/// Of the root mean square: linear filtering between texels an eighth of a cone's half-angle apart,
+/// and an integral by 20,000 points.
+const AT_LEVELS: f64 = 0.03;
+
+/// Cones of four times the solid angle of each other, in between: a bright gap in the middle is
+/// twice as bright at half of it, of which the mean of 1 and ¼ is 25 % more.
+const BETWEEN: f64 = 0.25;
