@@ -15,6 +15,11 @@ const AOGRID_MERGE_ANGLE_OFFSET = 0.015625;
 const AOGRID_AXIS_GUARD = 1e-8;
 // Keeps the closed form of T_clip finite where the plane touches the cone's rim.
 const AOGRID_RIM_GUARD = 1e-12;
+// Fractions and cosines below which there is none.
+const AOGRID_FRACTION_GUARD = 1e-6;
+// An environment's map: its last level, whose cones are hemispheres, and level 0's rows.
+const AOGRID_ENVIRONMENT_LAST_LEVEL = 4.0;
+const AOGRID_ENVIRONMENT_HEIGHT = 256.0;
 // The id of no object.
 const AOGRID_NO_OBJECT = 4294967295u;
 // Pixels along a tile's side, words of 32 occluders that a tile has room for, its lists.

@@ -44,16 +44,22 @@
 //! * [`MergePass`]: the same, merged, between a pair of buffers.
 //! * [`TiledPass`]: either in one dispatch, for many occluders; its lists serve forward and
 //!   transparent shaders. [`GridAtlas`]: the grids in one texture that it reads.
+//! * [`EnvironmentMap`], [`EnvironmentPass`], [`wgsl::ENVIRONMENT`] and its twin [`environment`]: light
+//!   from all around, less what the occluders hide of it.
 //! * [`LinearTexture`]: a texture and its filter on the CPU.
 //!
 //! Nothing here creates a device, submits, or waits; every object on the device has a label.
 //! `docs/runtime.md` is the guide; the version of wgpu is [re-exported](wgpu).
 
+pub mod environment;
 pub mod shading;
 pub mod tables;
 pub mod wgsl;
 
 mod boxes;
+mod environment_map;
+mod environment_pass;
+mod environment_texture;
 mod frame;
 mod grid_atlas;
 mod grid_texture;
@@ -64,6 +70,13 @@ mod occlusion_pass;
 mod tiled_pass;
 
 pub use boxes::DepthTest;
+pub use environment::{AogridCone, AogridEnvironment, Up};
+pub use environment_map::{EnvironmentMap, EnvironmentMapError};
+pub use environment_pass::{
+    EnvironmentFrame, EnvironmentFrameError, EnvironmentPass, EnvironmentPassDescriptor,
+    EnvironmentPassError, Reflection,
+};
+pub use environment_texture::EnvironmentTexture;
 pub use frame::{Frame, Normals, Positions, PrepareError, Receivers};
 pub use grid_atlas::{GridAtlas, GridAtlasError};
 pub use grid_texture::{GridTexture, GridTextureError};

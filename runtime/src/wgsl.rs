@@ -4,10 +4,16 @@ use std::fmt::Write;
 
 use aogrid_tables::{ClipTable, MergeTable};
 
+use crate::EnvironmentMap;
+
 /// The shading library: constants, then functions. Paste it in front of a shader of your own; it
 /// holds pure functions and one struct, all with the prefix `aogrid`, no bindings, no entry points
 /// and no directives, so that it can also be imported.
 pub const SHADING: &str = concat!(include_str!("constants.wgsl"), include_str!("shading.wgsl"));
+
+/// Light from an environment: paste it behind [`SHADING`]. Pure functions and two structs, with
+/// the same prefix.
+pub const ENVIRONMENT: &str = include_str!("environment.wgsl");
 
 /// The raster pass, for reading and for measuring: what [`OcclusionPass`](crate::OcclusionPass)
 /// compiles.
@@ -51,6 +57,15 @@ pub fn tile_lists(group: u32) -> String {
     include_str!("tiled_pass/tile_lists.wgsl").replace("GROUP", &group.to_string())
 }
 
+/// The environment pass, for reading and for measuring: what
+/// [`EnvironmentPass`](crate::EnvironmentPass) compiles.
+pub const ENVIRONMENT_PASS: &str = concat!(
+    include_str!("constants.wgsl"),
+    include_str!("shading.wgsl"),
+    include_str!("environment.wgsl"),
+    include_str!("environment_pass/environment_pass.wgsl")
+);
+
 /// The id of no object: an occluder without an id, an unused place of
 /// [`Instance::excluded`](crate::Instance::excluded). No receiver may have it.
 pub const AOGRID_NO_OBJECT: u32 = u32::MAX;
@@ -74,6 +89,13 @@ pub(crate) const AOGRID_AXIS_GUARD: f32 = 1e-8;
 /// Keeps the closed form finite: the root of it, 1e-6, is below single floats' rounding of the
 /// angles that it enters.
 pub(crate) const AOGRID_RIM_GUARD: f32 = 1e-12;
+
+/// Of a fraction or a cosine: what is below it is none, and nothing is divided by less. A cone of
+/// this fraction has a half-angle of 0.1 degrees.
+pub(crate) const AOGRID_FRACTION_GUARD: f32 = 1e-6;
+
+pub(crate) const AOGRID_ENVIRONMENT_LAST_LEVEL: f32 = (EnvironmentMap::LEVELS - 1) as f32;
+pub(crate) const AOGRID_ENVIRONMENT_HEIGHT: f32 = EnvironmentMap::SIZE[1] as f32;
 
 pub(crate) const AOGRID_PI: f32 = std::f32::consts::PI;
 
@@ -153,6 +175,23 @@ pub fn constants() -> String {
     say(
         "Keeps the closed form of T_clip finite where the plane touches the cone's rim.",
         &[("AOGRID_RIM_GUARD", float(AOGRID_RIM_GUARD))],
+    );
+    say(
+        "Fractions and cosines below which there is none.",
+        &[("AOGRID_FRACTION_GUARD", float(AOGRID_FRACTION_GUARD))],
+    );
+    say(
+        "An environment's map: its last level, whose cones are hemispheres, and level 0's rows.",
+        &[
+            (
+                "AOGRID_ENVIRONMENT_LAST_LEVEL",
+                float(AOGRID_ENVIRONMENT_LAST_LEVEL),
+            ),
+            (
+                "AOGRID_ENVIRONMENT_HEIGHT",
+                float(AOGRID_ENVIRONMENT_HEIGHT),
+            ),
+        ],
     );
     say(
         "The id of no object.",

@@ -68,24 +68,18 @@ impl AreaLight {
         self.radiance
     }
 
-    /// From `position` to the light's point that belongs to `square`, and what a white surface
-    /// there with this normal would reflect if all of the light were at that point; none where
-    /// either looks away.
-    pub(super) fn sample(
-        &self,
-        square: [f64; 2],
-        position: DVec3,
-        normal: DVec3,
-    ) -> Option<(DVec3, [f64; 3])> {
+    /// From `position` to the light's point that belongs to `square`, and what arrives if all of
+    /// the light is at that point: radiance times the solid angle that its area there has. None
+    /// where it looks away.
+    pub(super) fn sample(&self, square: [f64; 2], position: DVec3) -> Option<(DVec3, [f64; 3])> {
         let [u, v] = square.map(|v| 2.0 * v - 1.0);
         let towards = self.center + u * self.half_u + v * self.half_v - position;
-        let squared = towards.length_squared();
-        let (arrives, leaves) = (normal.dot(towards), -self.normal.dot(towards));
-        if arrives <= 0.0 || leaves <= 0.0 {
+        let leaves = -self.normal.dot(towards);
+        if leaves <= 0.0 {
             return None;
         }
-        // Two cosines lack a length each.
-        let share = self.area * arrives * leaves / (std::f64::consts::PI * squared * squared);
-        Some((towards, self.radiance.map(|v| v * share)))
+        // The cosine lacks a length.
+        let solid_angle = self.area * leaves / towards.length().powi(3);
+        Some((towards, self.radiance.map(|v| v * solid_angle)))
     }
 }

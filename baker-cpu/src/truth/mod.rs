@@ -21,14 +21,17 @@
 //! # Practice
 //!
 //! [`shade`] takes an [`Occluder`] over all that casts, in world space, and [`Receiver`]s: list
-//! or pixels. Random numbers depend on the seed and the receiver's index alone.
+//! or pixels. [`reflect`] does the same for glossy receivers, [`Lobe`]s. Random numbers depend on
+//! the seed and the receiver's index alone.
 
 mod area_light;
 mod environment;
+mod reflection;
 mod strata;
 
 pub use area_light::{AreaLight, AreaLightError};
 pub use environment::{Environment, EnvironmentError};
+pub use reflection::Lobe;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -37,6 +40,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::Occluder;
+use reflection::Reflection;
 use strata::{Frame, Strata, Tally};
 
 /// A point of a surface, in world space. Rays start exactly there: what lies on a surface that
@@ -84,9 +88,9 @@ pub struct Estimate {
 /// What a receiver gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shade {
-    /// AO: 0 open, 1 hidden.
+    /// AO: 0 open, 1 hidden. Of a lobe: how much of it is hidden.
     pub occlusion: Estimate,
-    /// The radiance that a white diffuse surface reflects: red, green, blue.
+    /// The radiance that a white surface reflects: red, green, blue.
     pub light: [Estimate; 3],
 }
 
@@ -110,8 +114,8 @@ impl TruthOptions {
     }
 }
 
-/// Shades every receiver, on all threads of the pool; `occluder` is none where nothing casts.
-/// The same input gives the same bits, for any number of threads.
+/// Shades every receiver, a diffuse one, on all threads of the pool; `occluder` is none where
+/// nothing casts. The same input gives the same bits, for any number of threads.
 ///
 /// # Errors
 ///
@@ -123,27 +127,22 @@ pub fn shade(
     options: &TruthOptions,
     observer: Observer<'_>,
 ) -> Result<Vec<Shade>, TruthError> {
-    let scene = Shader {
-        occluder,
-        lighting,
-        strata: Strata::of_samples(options.samples),
-        few_strata: Strata::of_samples(options.samples / 8),
-        reach: options.max_distance.unwrap_or(f64::INFINITY),
-    };
-    let done = AtomicUsize::new(0);
-    let total = receivers.len();
-    receivers
-        .par_iter()
-        .enumerate()
-        .map(|(idx, receiver)| {
-            let shade = scene.shade(receiver, Frame::random(options.seed, idx as u64));
-            let done = 1 + done.fetch_add(1, Ordering::Relaxed);
-            match observer(Progress { done, total }) {
-                std::ops::ControlFlow::Continue(()) => Ok(shade),
-                std::ops::ControlFlow::Break(()) => Err(TruthError::Cancelled),
-            }
-        })
-        .collect()
+    Shader::new(occluder, lighting, options).shade_all(receivers, options.seed, observer)
+}
+
+/// [`shade`] for glossy receivers.
+///
+/// # Errors
+///
+/// Cancellation.
+pub fn reflect(
+    occluder: Option<&Occluder>,
+    lobes: &[Lobe],
+    lighting: &Lighting<'_>,
+    options: &TruthOptions,
+    observer: Observer<'_>,
+) -> Result<Vec<Shade>, TruthError> {
+    Shader::new(occluder, lighting, options).shade_all(lobes, options.seed, observer)
 }
 
 /// What is the same for all receivers.
@@ -156,14 +155,53 @@ struct Shader<'a> {
     reach: f64,
 }
 
-impl Shader<'_> {
-    fn shade(&self, receiver: &Receiver, mut random: strata::Random) -> Shade {
-        let frame = Frame::new(receiver.normal.into());
-        let sky = self.hemisphere(receiver, &frame, &mut random);
+impl<'a> Shader<'a> {
+    fn new(
+        occluder: Option<&'a Occluder>,
+        lighting: &'a Lighting<'a>,
+        options: &TruthOptions,
+    ) -> Self {
+        Self {
+            occluder,
+            lighting,
+            strata: Strata::of_samples(options.samples),
+            few_strata: Strata::of_samples(options.samples / 8),
+            reach: options.max_distance.unwrap_or(f64::INFINITY),
+        }
+    }
+
+    fn shade_all<R: Sync>(
+        &self,
+        receivers: &[R],
+        seed: u64,
+        observer: Observer<'_>,
+    ) -> Result<Vec<Shade>, TruthError>
+    where
+        Reflection: for<'r> From<&'r R>,
+    {
+        let done = AtomicUsize::new(0);
+        let total = receivers.len();
+        receivers
+            .par_iter()
+            .enumerate()
+            .map(|(idx, receiver)| {
+                let random = Frame::random(seed, idx as u64);
+                let shade = self.shade(&Reflection::from(receiver), random);
+                let done = 1 + done.fetch_add(1, Ordering::Relaxed);
+                match observer(Progress { done, total }) {
+                    std::ops::ControlFlow::Continue(()) => Ok(shade),
+                    std::ops::ControlFlow::Break(()) => Err(TruthError::Cancelled),
+                }
+            })
+            .collect()
+    }
+
+    fn shade(&self, receiver: &Reflection, mut random: strata::Random) -> Shade {
+        let sky = self.open_sky(receiver, &mut random);
         let (means, mut variances) = (sky.means(), sky.variances());
         let mut light = [means[1], means[2], means[3]];
         let sampled = [
-            self.bright_sky(receiver, &frame, &mut random),
+            self.bright_sky(receiver, &mut random),
             self.area_light(receiver, &mut random),
         ];
         for tally in sampled.into_iter().flatten() {
@@ -184,59 +222,52 @@ impl Shader<'_> {
     }
 
     /// Occlusion, then the light of the open directions but for the brightest.
-    fn hemisphere(
-        &self,
-        receiver: &Receiver,
-        frame: &Frame,
-        random: &mut strata::Random,
-    ) -> Tally<4> {
+    fn open_sky(&self, receiver: &Reflection, random: &mut strata::Random) -> Tally<4> {
         self.strata.tally(random, |square| {
-            let direction = frame.cosine_weighted(square);
+            let Some((direction, weight)) = receiver.sample(square) else {
+                return [0.0; 4];
+            };
             if self.hides(receiver, direction, self.reach) {
-                return [1.0, 0.0, 0.0, 0.0];
+                return [weight, 0.0, 0.0, 0.0];
             }
             let mut light = self.lighting.ambient.map(f64::from);
             if let Some(environment) = self.lighting.environment {
                 let sky = environment.base(direction);
                 light = std::array::from_fn(|x| light[x] + sky[x]);
             }
-            [0.0, light[0], light[1], light[2]]
+            [0.0, light[0], light[1], light[2]].map(|v| weight * v)
         })
     }
 
     /// The light of the environment's brightest texels, in so far as they are too bright.
-    fn bright_sky(
-        &self,
-        receiver: &Receiver,
-        frame: &Frame,
-        random: &mut strata::Random,
-    ) -> Option<Tally<3>> {
+    fn bright_sky(&self, receiver: &Reflection, random: &mut strata::Random) -> Option<Tally<3>> {
         let bright = self.lighting.environment?.bright()?;
         Some(self.few_strata.tally(random, |square| {
             let (direction, radiance_over_density) = bright.sample(square);
-            let cosine = frame.normal.dot(direction);
-            match cosine > 0.0 && !self.hides(receiver, direction, self.reach) {
-                true => radiance_over_density.map(|v| v * cosine / std::f64::consts::PI),
+            let weight = receiver.density(direction);
+            match weight > 0.0 && !self.hides(receiver, direction, self.reach) {
+                true => radiance_over_density.map(|v| v * weight),
                 false => [0.0; 3],
             }
         }))
     }
 
-    fn area_light(&self, receiver: &Receiver, random: &mut strata::Random) -> Option<Tally<3>> {
+    fn area_light(&self, receiver: &Reflection, random: &mut strata::Random) -> Option<Tally<3>> {
         let light = self.lighting.area_light.as_ref()?;
-        let (position, normal) = (DVec3::from(receiver.position), DVec3::from(receiver.normal));
         Some(self.few_strata.tally(random, |square| {
-            let Some((towards, radiance)) = light.sample(square, position, normal) else {
+            let Some((towards, irradiance)) = light.sample(square, receiver.position.into()) else {
                 return [0.0; 3];
             };
-            match self.hides(receiver, towards, towards.length() * BEFORE_THE_LIGHT) {
+            let distance = towards.length();
+            let weight = receiver.density(towards / distance);
+            match weight == 0.0 || self.hides(receiver, towards, distance * BEFORE_THE_LIGHT) {
                 true => [0.0; 3],
-                false => radiance,
+                false => irradiance.map(|v| v * weight),
             }
         }))
     }
 
-    fn hides(&self, receiver: &Receiver, direction: DVec3, reach: f64) -> bool {
+    fn hides(&self, receiver: &Reflection, direction: DVec3, reach: f64) -> bool {
         let direction = direction.to_array();
         self.occluder
             .is_some_and(|occluder| occluder.hides(receiver.position, direction, reach))

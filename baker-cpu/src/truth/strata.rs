@@ -107,10 +107,10 @@ impl Frame {
         Random(rng)
     }
 
-    /// The direction, of length 1, that belongs to a point of the unit square: with density
-    /// (n·ω)/π for uniform points.
-    pub(super) fn cosine_weighted(&self, square: [f64; 2]) -> DVec3 {
-        let [x, y] = disk(square);
+    /// The direction, of length 1, that belongs to a point of the unit square: for uniform points
+    /// in proportion to n·ω, in the cone around the normal of whose half-angle this is the sine.
+    pub(super) fn cosine_weighted(&self, square: [f64; 2], sin_half: f64) -> DVec3 {
+        let [x, y] = disk(square).map(|v| v * sin_half);
         let up = (1.0 - x * x - y * y).max(0.0).sqrt();
         x * self.tangents[0] + y * self.tangents[1] + up * self.normal
     }
@@ -153,7 +153,7 @@ mod tests {
         let frame = Frame::new(normal);
         let mut random = Frame::random(1, 2);
         let tally = Strata::of_samples(20_000).tally(&mut random, |square| {
-            let d = frame.cosine_weighted(square);
+            let d = frame.cosine_weighted(square, 1.0);
             assert!((d.length() - 1.0).abs() < 1e-12);
             let up = d.dot(normal);
             let [u, v] = frame.tangents.map(|t| t.dot(d));

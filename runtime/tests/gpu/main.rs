@@ -3,6 +3,8 @@
 //! A machine without a Vulkan, Metal or DX12 adapter skips what needs one, and says so;
 //! `AOGRID_GPU=require` makes that a failure.
 
+/// Light from an environment: its functions and its pass against the twin.
+mod environment;
 /// The WGSL library, function by function, against the twin.
 mod functions;
 /// Pictures that were looked at, kept.

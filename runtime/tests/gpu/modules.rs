@@ -1,11 +1,12 @@
-use aogrid_runtime::{AogridAtlasOccluder, AogridOccluder, AogridTiles, wgsl};
+use aogrid_runtime::{AogridAtlasOccluder, AogridEnvironment, AogridOccluder, AogridTiles, wgsl};
 use std::mem::offset_of;
 
 /// Everything that the crate publishes or compiles, and how many entry points each has.
-fn modules() -> [(&'static str, String, usize); 8] {
+fn modules() -> [(&'static str, String, usize); 10] {
     let tiled = |format| ("tiled pass", wgsl::tiled_pass(format), 2);
     [
         ("shading", wgsl::SHADING.to_owned(), 0),
+        ("environment", LIBRARY.to_owned(), 0),
         ("occlusion pass", wgsl::OCCLUSION_PASS.to_owned(), 5),
         ("merge pass", wgsl::MERGE_PASS.to_owned(), 4),
         tiled("r32float"),
@@ -17,8 +18,16 @@ fn modules() -> [(&'static str, String, usize); 8] {
             wgsl::SHADING.to_owned() + &wgsl::tile_lists(0),
             0,
         ),
+        ("environment pass", wgsl::ENVIRONMENT_PASS.to_owned(), 3),
     ]
 }
+
+/// All of the library, one file behind the other.
+const LIBRARY: &str = concat!(
+    include_str!("../../src/constants.wgsl"),
+    include_str!("../../src/shading.wgsl"),
+    include_str!("../../src/environment.wgsl")
+);
 
 fn parse(name: &str, source: &str) -> naga::Module {
     let module = naga::front::wgsl::parse_str(source)
@@ -65,12 +74,13 @@ fn no_shader_file_is_left_out() {
             }
         }
     }
-    assert_eq!(found, 8);
+    assert_eq!(found, 10);
 }
 
 #[test]
 fn the_library_can_be_pasted_anywhere() {
-    let module = parse("shading", wgsl::SHADING);
+    assert_eq!(LIBRARY, [wgsl::SHADING, wgsl::ENVIRONMENT].concat());
+    let module = parse("library", LIBRARY);
     assert!(module.global_variables.is_empty(), "it binds something");
     assert!(module.overrides.is_empty(), "it asks for constants");
     let functions = module.functions.iter().map(|(_, f)| f.name.as_deref());
@@ -85,16 +95,20 @@ fn the_library_can_be_pasted_anywhere() {
 
 #[test]
 fn every_function_has_a_twin_of_the_same_name() {
-    let module = parse("shading", wgsl::SHADING);
-    let twin = include_str!("../../src/shading.rs");
+    let module = parse("library", LIBRARY);
+    let twin = [
+        include_str!("../../src/shading.rs"),
+        include_str!("../../src/environment.rs"),
+    ]
+    .concat();
     for (_, function) in module.functions.iter() {
         let name = function.name.as_deref().unwrap();
         assert!(twin.contains(&format!("pub fn {name}(")), "{name}");
     }
 }
 
-/// The members of a struct and their offsets, and its size.
-fn layout(module: &naga::Module, name: &str) -> (Vec<(String, usize)>, usize) {
+/// That a struct in WGSL has the members of `T`, at the same offsets, and its size.
+fn assert_layout<T>(module: &naga::Module, name: &str, expected: &[(&str, usize)]) {
     let mut types = module.types.iter();
     let (_, found) = types
         .find(|(_, t)| t.name.as_deref() == Some(name))
@@ -103,7 +117,25 @@ fn layout(module: &naga::Module, name: &str) -> (Vec<(String, usize)>, usize) {
         panic!("it is a struct");
     };
     let member = |m: &naga::StructMember| (m.name.clone().unwrap(), m.offset as usize);
-    (members.iter().map(member).collect(), *span as usize)
+    let found: Vec<_> = members.iter().map(member).collect();
+    let expected: Vec<_> = expected
+        .iter()
+        .map(|(n, at)| (n.to_string(), *at))
+        .collect();
+    assert_eq!(found, expected, "{name}");
+    assert_eq!(*span as usize, size_of::<T>(), "{name}");
+}
+
+#[test]
+fn the_environment_is_laid_out_alike_in_rust_and_wgsl() {
+    let module = parse("library", LIBRARY);
+    let expected = [
+        ("map_x", offset_of!(AogridEnvironment, map_x)),
+        ("map_y", offset_of!(AogridEnvironment, map_y)),
+        ("map_z", offset_of!(AogridEnvironment, map_z)),
+        ("scale", offset_of!(AogridEnvironment, scale)),
+    ];
+    assert_layout::<AogridEnvironment>(&module, "AogridEnvironment", &expected);
 }
 
 #[test]
@@ -122,9 +154,7 @@ fn the_occluder_is_laid_out_alike_in_rust_and_wgsl() {
         ("strength", offset_of!(AogridOccluder, strength)),
         ("weakness", offset_of!(AogridOccluder, weakness)),
     ];
-    let (found, size) = layout(&module, "AogridOccluder");
-    assert_eq!(found, expected.map(|(name, at)| (name.to_owned(), at)));
-    assert_eq!(size, size_of::<AogridOccluder>());
+    assert_layout::<AogridOccluder>(&module, "AogridOccluder", &expected);
 }
 
 #[test]
@@ -140,15 +170,11 @@ fn occluders_in_atlases_and_tiles_are_laid_out_alike_in_rust_and_wgsl() {
         ),
         ("pixels", offset_of!(AogridAtlasOccluder, pixels)),
     ];
-    let (found, size) = layout(&module, "AogridAtlasOccluder");
-    assert_eq!(found, expected.map(|(name, at)| (name.to_owned(), at)));
-    assert_eq!(size, size_of::<AogridAtlasOccluder>());
+    assert_layout::<AogridAtlasOccluder>(&module, "AogridAtlasOccluder", &expected);
     let expected = [
         ("size", offset_of!(AogridTiles, size)),
         ("words", offset_of!(AogridTiles, words)),
         ("occluders", offset_of!(AogridTiles, occluders)),
     ];
-    let (found, size) = layout(&module, "AogridTiles");
-    assert_eq!(found, expected.map(|(name, at)| (name.to_owned(), at)));
-    assert_eq!(size, size_of::<AogridTiles>());
+    assert_layout::<AogridTiles>(&module, "AogridTiles", &expected);
 }

@@ -6,6 +6,8 @@ mod analytic;
 mod assets;
 /// The same bytes for any number of threads, and for two runs.
 mod determinism;
+/// Light from environments against ray tracing.
+mod environment_light;
 /// Maps of radiance: orientation, range, files.
 mod environments;
 /// The GPU baker against rays and exact answers.

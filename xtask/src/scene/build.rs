@@ -24,6 +24,9 @@ use super::{
     GridSource, Instance, LoadOptions, Material, ReceiverList, Scene, SceneMesh, receivers,
 };
 
+/// The widest cone that a glossy surface reflects, in degrees.
+const WIDEST_GLOSS: f64 = 90.0;
+
 /// The most instances, parts counted one by one.
 const MAX_INSTANCES: usize = 65_535;
 
@@ -51,6 +54,7 @@ impl<'a> Builder<'a> {
         let white = Material {
             name: "white".into(),
             albedo: [1.0; 3],
+            gloss: None,
         };
         Self {
             source,
@@ -126,9 +130,14 @@ impl<'a> Builder<'a> {
         if self.materials.iter().skip(1).any(|m| m.name == *name) {
             return Err(self.twice(&file.name, "material"));
         }
+        if let Some(gloss) = file.gloss.as_ref().filter(|v| v.get_ref().0 > WIDEST_GLOSS) {
+            let message = format!("{} degrees are more than {WIDEST_GLOSS}", gloss.get_ref().0);
+            return Err(self.source.at(gloss, "material.gloss", &message));
+        }
         self.materials.push(Material {
             name: name.clone(),
             albedo: colour(file.albedo),
+            gloss: file.gloss.map(|v| v.get_ref().0.to_radians()),
         });
         Ok(())
     }

@@ -106,6 +106,14 @@ impl Camera {
         }
     }
 
+    /// The direction from a point towards whoever looks through the camera, of length 1.
+    pub fn towards_viewer(&self, point: DVec3) -> DVec3 {
+        match self.projection {
+            Projection::Perspective { .. } => (self.position - point).normalize_or(-self.forward),
+            Projection::Orthographic { .. } => -self.forward,
+        }
+    }
+
     /// To clip space as wgpu has it: x and y in −1..1 upwards, depth 0 at `near` and 1 at `far`.
     pub fn clip_from_world(&self, near: f64, far: f64) -> DMat4 {
         let aspect = f64::from(self.resolution[0]) / f64::from(self.resolution[1]);

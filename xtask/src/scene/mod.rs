@@ -115,8 +115,11 @@ pub struct Instance {
 pub struct Material {
     /// The name in the scene.
     pub name: String,
-    /// The diffusely reflected share of light: red, green, blue, linear.
+    /// The reflected share of light: red, green, blue, linear.
     pub albedo: [f32; 3],
+    /// Of the cone around the mirrored direction that a glossy surface reflects, the half-angle, in
+    /// radians, up to π/2; none: it reflects diffusely.
+    pub gloss: Option<f64>,
 }
 
 /// How a scene is read.

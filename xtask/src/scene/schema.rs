@@ -122,6 +122,7 @@ pub(super) struct ReceiversFile {
 pub(super) struct MaterialFile {
     pub name: Spanned<String>,
     pub albedo: Colour,
+    pub gloss: Option<Spanned<Positive>>,
 }
 
 #[derive(Deserialize)]

@@ -2,6 +2,8 @@
 
 /// Baking: outputs, skipping, parts, reports.
 mod bake;
+/// Light from all around, and glossy surfaces.
+mod environment;
 /// Bad input and bad places for output: one line each.
 mod errors;
 /// Baking on a GPU, and naming one.

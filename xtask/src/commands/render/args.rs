@@ -62,6 +62,8 @@ pub(crate) enum Mode {
     Cone,
     /// The same cones united, one after the other in the scene's order
     Merge,
+    /// The same, and light from the environment without what comes from the cones' side
+    Environment,
 }
 
 /// Where grids are looked up.
@@ -87,6 +89,7 @@ impl Mode {
             Self::Occlusion => "occlusion",
             Self::Cone => "cone",
             Self::Merge => "merge",
+            Self::Environment => "environment",
         }
     }
 }

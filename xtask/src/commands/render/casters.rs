@@ -7,6 +7,7 @@ use aogrid_grid_format::{Encoding, Grid};
 use aogrid_runtime::AogridOccluder;
 use glam::DMat4;
 
+use super::environment::Surroundings;
 use super::{Job, Shaded};
 use crate::scene::Instance;
 
@@ -27,6 +28,13 @@ pub(super) struct Caster<'a> {
     pub grid: Arc<Grid>,
     /// As the CPU reads it.
     pub occluder: AogridOccluder,
+}
+
+impl Caster<'_> {
+    /// Whether it shades a receiver with this id and these layers.
+    pub(super) fn casts_on(&self, id: u32, layers: u32) -> bool {
+        self.instance.casts_on & layers != 0 && !self.instance.excludes.contains(&id)
+    }
 }
 
 /// All casters, in the scene's order; bakes their grids.
@@ -79,19 +87,22 @@ pub(super) fn as_instance(instance: &Instance) -> aogrid_runtime::Instance {
     }
 }
 
-/// A mode's result from its AO alone: under ambient light, and no other, it is the light as well.
-pub(super) fn shaded(job: &Job<'_>, occlusion: Vec<f32>) -> Shaded {
+/// A mode's result from its AO alone: in a scene without an area light, which has shadows of its
+/// own, the light is all that there would be without occluders, times 1 − AO.
+pub(super) fn shaded(job: &Job<'_>, occlusion: Vec<f32>) -> anyhow::Result<Shaded> {
     let scene = job.scene;
-    let only_ambient = scene.area_light.is_none() && scene.environment.is_none();
-    let lit = scene.is_lit() && only_ambient;
-    let light = lit.then(|| {
-        let light = |ao: &f32| scene.ambient.map(|c| c * (1.0 - ao));
-        occlusion.iter().map(light).collect()
-    });
-    Shaded {
+    let light = match scene.is_lit() && scene.area_light.is_none() {
+        true => {
+            let open = Surroundings::new(job)?.open();
+            let pairs = open.iter().zip(&occlusion);
+            Some(pairs.map(|(c, ao)| c.map(|v| v * (1.0 - ao))).collect())
+        }
+        false => None,
+    };
+    Ok(Shaded {
         occlusion,
         occlusion_error: None,
         light,
         light_error: None,
-    }
+    })
 }

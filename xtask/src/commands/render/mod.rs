@@ -2,6 +2,8 @@
 
 mod args;
 mod casters;
+mod environment;
+mod glossy;
 mod output;
 mod raster;
 mod target;
@@ -63,7 +65,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     args.apply_to(&mut scene.truth);
     let target = target(args, kind, &scene, console)?;
     let environment = match &scene.environment {
-        Some(source) => Some(environment(source, console)?),
+        Some(source) => Some(load_environment(source, console)?),
         None => None,
     };
     let job = Job {
@@ -93,6 +95,7 @@ fn shade(mode: Mode, job: &Job<'_>) -> anyhow::Result<Shaded> {
         Mode::Occlusion => by_grids(job, Model::Occlusion),
         Mode::Cone => by_grids(job, Model::Cone),
         Mode::Merge => by_grids(job, Model::Merge),
+        Mode::Environment => environment::shade(job),
     }
 }
 
@@ -103,7 +106,7 @@ fn by_grids(job: &Job<'_>, model: Model) -> anyhow::Result<Shaded> {
     }
 }
 
-fn environment(source: &EnvironmentSource, console: &Console) -> anyhow::Result<Environment> {
+fn load_environment(source: &EnvironmentSource, console: &Console) -> anyhow::Result<Environment> {
     let (environment, warnings) = source.load()?;
     warnings.iter().for_each(|line| console.warning(line));
     Ok(environment)

@@ -59,7 +59,7 @@ fn draw_picture(job: &Job<'_>, gpu: &Context, model: Model) -> anyhow::Result<Sh
         }
     };
     let occlusion = pixels.iter().map(|&pixel| 1.0 - transmittance[pixel]);
-    Ok(casters::shaded(job, occlusion.collect()))
+    casters::shaded(job, occlusion.collect())
 }
 
 /// Grids may differ in what they hold. Multiplication commutes: a pass for each kind.

@@ -4,7 +4,7 @@ use anyhow::Context;
 use aogrid_baker_cpu::Occluder;
 use aogrid_baker_cpu::truth::{self, Lighting, Shade};
 
-use super::{Job, Shaded};
+use super::{Job, Shaded, glossy};
 
 pub(super) fn shade(job: &Job<'_>) -> anyhow::Result<Shaded> {
     let scene = job.scene;
@@ -24,6 +24,22 @@ pub(super) fn shade(job: &Job<'_>) -> anyhow::Result<Shaded> {
         &|progress| bar.observe(progress),
     )
     .with_context(|| scene.path.display().to_string())?;
+    let mut shades = shades;
+    if scene.is_lit() {
+        let (places, lobes): (Vec<_>, Vec<_>) = glossy::lobes(job)?.into_iter().unzip();
+        let bar = job.console.progress("truth, glossy");
+        let reflected = truth::reflect(
+            occluder.as_ref(),
+            &lobes,
+            &lighting,
+            &scene.truth,
+            &|progress| bar.observe(progress),
+        )
+        .with_context(|| scene.path.display().to_string())?;
+        for (idx, glossy) in places.into_iter().zip(reflected) {
+            shades[idx].light = glossy.light;
+        }
+    }
     let lit =
         |value: fn(&Shade) -> [f32; 3]| scene.is_lit().then(|| shades.iter().map(value).collect());
     Ok(Shaded {

@@ -47,7 +47,7 @@ pub(super) fn shade(job: &Job<'_>, model: Model) -> anyhow::Result<Shaded> {
     });
     let casters: Vec<_> = textured.collect();
     let occlusion = occlusions(job, &casters, model)?;
-    Ok(casters::shaded(job, occlusion))
+    casters::shaded(job, occlusion)
 }
 
 /// What all casters hide, for each receiver.
@@ -73,7 +73,7 @@ fn occlusions(job: &Job<'_>, casters: &[Textured<'_>], model: Model) -> anyhow::
         }
         let pairs = receivers.iter().zip(ids);
         let one = |(receiver, &id): (&Receiver, &u32)| {
-            let casting = casters.iter().filter(|c| c.casts_on(id, layers(id)));
+            let casting = casters.iter().filter(|c| c.caster.casts_on(id, layers(id)));
             if model == Model::Merge {
                 let open = [0.0, 0.0, 0.0, 1.0];
                 let [.., t] = casting.fold(open, |before, c| c.merge(before, receiver, &tables));
@@ -91,11 +91,6 @@ fn occlusions(job: &Job<'_>, casters: &[Textured<'_>], model: Model) -> anyhow::
 }
 
 impl Textured<'_> {
-    fn casts_on(&self, id: u32, layers: u32) -> bool {
-        let instance = self.caster.instance;
-        instance.casts_on & layers != 0 && !instance.excludes.contains(&id)
-    }
-
     /// `before`, and this caster.
     fn merge(&self, before: [f32; 4], receiver: &Receiver, tables: &Tables) -> [f32; 4] {
         let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));

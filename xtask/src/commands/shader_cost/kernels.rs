@@ -1,6 +1,6 @@
 //! What is measured: compute shaders that shade one pixel with one occluder, or with several.
 
-use aogrid_runtime::wgsl::{SHADING, tiled_pass};
+use aogrid_runtime::wgsl::{ENVIRONMENT, SHADING, tiled_pass};
 
 const NAIVE: &str = include_str!("naive.wgsl");
 
@@ -209,4 +209,53 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {{
             constants: vec![],
         }
     }
+}
+
+/// What shaders for light from an environment bind.
+const LIGHT_BINDINGS: &str = "
+struct Frame { environment: AogridEnvironment, eye: vec4f, lobe: vec4f }
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var positions: texture_2d<f32>;
+@group(0) @binding(2) var normals: texture_2d<f32>;
+@group(0) @binding(3) var occlusion: texture_2d<f32>;
+@group(0) @binding(4) var map: texture_2d<f32>;
+@group(0) @binding(5) var map_sampler: sampler;
+@group(0) @binding(6) var result: texture_storage_2d<rgba16float, write>;
+";
+
+/// Ways to light a pixel whose occluders have been added up: name and expression.
+const LIGHTS: [[&str; 2]; 3] = [
+    [
+        "irradiance times 1 - AO",
+        "hidden.w * aogrid_irradiance(frame.environment, map, map_sampler, n)",
+    ],
+    [
+        "environment, diffuse",
+        "aogrid_lambertian(frame.environment, map, map_sampler, hidden, n)",
+    ],
+    [
+        "environment, glossy",
+        "aogrid_glossy(frame.environment, map, map_sampler, hidden, n,
+             aogrid_mirrored(frame.eye, textureLoad(positions, id.xy, 0).xyz, n), frame.lobe.x)",
+    ],
+];
+
+/// What follows all occluders, once a pixel.
+pub(super) fn lights() -> impl Iterator<Item = Kernel> {
+    LIGHTS.into_iter().map(|[name, light]| {
+        let entry = format!(
+            "@compute @workgroup_size(8, 8)
+fn light(@builtin(global_invocation_id) id: vec3u) {{
+    let hidden = textureLoad(occlusion, id.xy, 0);
+    let n = fma(textureLoad(normals, id.xy, 0).xyz, vec3f(2.0), vec3f(-1.0));
+    textureStore(result, id.xy, vec4f({light}, 1.0));
+}}\n"
+        );
+        Kernel {
+            name: name.to_owned(),
+            wgsl: [SHADING, ENVIRONMENT, LIGHT_BINDINGS, &entry].concat(),
+            entry_point: "light".to_owned(),
+            constants: vec![],
+        }
+    })
 }

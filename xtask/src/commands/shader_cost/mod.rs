@@ -67,7 +67,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         };
         console.result(&row.line());
     }
-    for kernel in kernels::tiled().into_iter().chain(shaders) {
+    let kernels = kernels::tiled().into_iter().chain(kernels::lights());
+    for kernel in kernels.chain(shaders) {
         let row = Row {
             cost: cost(&compiler, &kernel)?,
             name: kernel.name,
