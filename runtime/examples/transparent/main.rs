@@ -175,7 +175,7 @@ fn models() -> Result<Models, Box<dyn Error>> {
 
 /// A pane across the ring, seen from the front.
 fn pane() -> [Vertex; 6] {
-    let [left, right, bottom, top, z] = [-1.1, 1.1, 0.02, 0.75, 0.35];
+    let [left, right, bottom, top, z] = [-1.1, 1.1, 0.02, 0.7, 0.54];
     let corners = [
         Vec3::new(left, bottom, z),
         Vec3::new(right, bottom, z),

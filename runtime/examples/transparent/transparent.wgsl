@@ -50,7 +50,7 @@ fn glass(in: Surface) -> @location(0) vec4f {
     let everyone = vec2u(AOGRID_NO_OBJECT - 1u, 0xffffffffu);
     let shown = aogrid_merge_listed(AOGRID_LIST_OF_ANYTHING, vec2u(in.clip.xy), in.world, in.normal,
                                     everyone);
-    return vec4f(vec3f(0.62, 0.80, 0.78) * shown.w + 0.5 * lamp(in.normal), 0.75);
+    return vec4f(vec3f(0.62, 0.80, 0.78) * shown.w + 0.5 * lamp(in.normal), 0.85);
 }
 
 fn lamp(n: vec3f) -> vec3f {
