@@ -234,10 +234,18 @@ fn levels_are_where_the_shader_looks_for_them() {
 
 #[test]
 fn large_pictures_are_averaged_by_solid_angle() {
-    // Rows of two kinds; the finer one is the coarser with each texel in four.
     let coarse: Vec<_> = (0..1024 * 512).map(|idx| uneven(idx % 5001)).collect();
+    // Of each pair of finer rows the upper one shines, for both.
+    let cosine = |row: usize| (PI * row as f64 / 1024.0).cos();
     let fine: Vec<_> = (0..2048 * 1024)
-        .map(|idx| coarse[idx / 4096 * 1024 + idx % 2048 / 2])
+        .map(|idx| {
+            let (row, texel) = (idx / 4096, coarse[idx / 4096 * 1024 + idx % 2048 / 2]);
+            let [top, middle, bottom] = [0, 1, 2].map(|edge| cosine(2 * row + edge));
+            match idx / 2048 % 2 {
+                0 => texel.map(|v| v * ((top - bottom) / (top - middle)) as f32),
+                _ => [0.0; 3],
+            }
+        })
         .collect();
     let coarse = EnvironmentMap::new([1024, 512], &coarse).unwrap();
     let fine = EnvironmentMap::new([2048, 1024], &fine).unwrap();

@@ -323,6 +323,22 @@ fn nothing_hidden_is_all_of_the_light_and_all_hidden_is_none() {
 /// last but for as much; the next has radiances of some ones more or less, a lobe's too.
 const NEARLY: f32 = 1e-3;
 
+#[test]
+fn occluders_on_several_sides_are_a_wide_and_thin_cone() {
+    let n = [0.0, 0.0, 1.0];
+    // Overhead AO is 4a(1 - a): a third of a hemisphere's fraction makes 5/9.
+    let (occlusion, a) = (5.0 / 9.0, 1.0 / 6.0);
+    for (together, wide) in [(1.0, a), (0.9, 0.25), (0.6, 0.5), (0.0, 0.5)] {
+        let sum = 0.5 * occlusion * together;
+        let cone = aogrid_occluded_cone([0.0, 0.0, sum, 1.0 - occlusion], n);
+        assert!((cone.fraction - wide).abs() < ROUNDING, "{cone:?}");
+        assert!((cone.density * wide - a).abs() < ROUNDING, "{cone:?}");
+        // A narrow lobe in its middle finds it as dense as it is.
+        let lobe = aogrid_shared_cone(&AogridCone::new(n, 0.002), &cone);
+        assert!((lobe.fraction - 0.002).abs() < ROUNDING && lobe.density == cone.density);
+    }
+}
+
 fn descriptor(reflection: Reflection) -> EnvironmentPassDescriptor {
     EnvironmentPassDescriptor {
         label: "test".into(),
