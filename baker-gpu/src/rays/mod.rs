@@ -8,59 +8,26 @@
 //! lattice, and a ray sees differences of those, rounded once. What it hits then differs from
 //! double precision only where it passes an edge within some 10⁻⁷ of its distance.
 
+mod gpu_data;
+mod job;
+mod shaders;
 mod tree;
 
-use aogrid_bake_core::cube_face::texels;
-use aogrid_bake_core::{
-    BakeOptions, FaceBits, FaceSums, Moments, Observer, RawGrid, TriangleMesh, fixed_texels,
-};
+use aogrid_bake_core::{BakeOptions, FaceBits, Observer, RawGrid, TriangleMesh};
 use aogrid_grid_format::{GridSpec, Method};
-use bytemuck::{Pod, Zeroable};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
 use wgpu::{Buffer, BufferUsages};
 
-use crate::kernel::{Binding, Kernel};
+use crate::kernel::Kernel;
 use crate::pace::Pace;
-use crate::shaders::{Constants, Shader, WORKGROUP};
-use crate::work::{Extent, Work};
+use crate::work::Work;
 use crate::{BakeError, Context};
+use job::{Job, scene, tables};
+use shaders::compile;
+pub(crate) use shaders::shaders;
 use tree::Tree;
-
-/// Cells that are read back at a time, at most.
-const MOST_CELLS: usize = 1 << 20;
-
-/// What a ray costs, about, see [`Pace`]: visits of nodes.
-const VISITS: f64 = 100.0;
-
-/// Texels of a workgroup: those of six faces of 16². Mesa's software stops the loops of an
-/// invocation after 65,535 rounds, silently, and no texel's walk comes near a 24th of that.
-const TEXELS: u32 = 1536;
 
 /// Random rays a cell, at most, on software: for the same reason.
 const MOST_RAYS_ON_SOFTWARE: u32 = 1 << 14;
-
-/// Numbers a cell: count, a and the three of m; or count and three sums of two words.
-const FACE_SUMS: usize = 5;
-const RANDOM_SUMS: usize = 7;
-
-/// Steps in 1 of a random direction's component.
-const STEPS: f64 = (1_u32 << 30) as f64;
-
-/// `Scene` of `any_hit.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Scene {
-    cells: [u32; 3],
-    n_directions: u32,
-    first_cell: u32,
-    n_cells: u32,
-    n_nodes: u32,
-    reach: f32,
-    key: [u32; 8],
-    n_triangles: u32,
-    padding: [u32; 3],
-}
 
 /// Bakes by rays; keeps what it has compiled.
 pub struct Caster {
@@ -87,16 +54,6 @@ enum Variant {
     FacesWithBits,
     Random,
     Naive,
-}
-
-/// One kind of cells, ready to be dispatched.
-struct Job<'a> {
-    variant: Variant,
-    directions: bool,
-    scene: Scene,
-    spec: &'a GridSpec,
-    /// Between the samples and the sums.
-    tables: Vec<Buffer>,
 }
 
 impl Caster {
@@ -272,288 +229,5 @@ impl Caster {
         }
         work.flush()?;
         Ok((raw, bits))
-    }
-}
-
-impl Job<'_> {
-    fn sums(&self) -> usize {
-        match self.variant {
-            Variant::Random => RANDOM_SUMS,
-            Variant::Faces | Variant::FacesWithBits | Variant::Naive => FACE_SUMS,
-        }
-    }
-
-    fn words_of_bits(&self) -> usize {
-        match self.variant {
-            Variant::FacesWithBits => self.scene.n_directions.div_ceil(u32::BITS) as usize,
-            Variant::Faces | Variant::Random | Variant::Naive => 0,
-        }
-    }
-
-    fn cells_at_once(&self, context: &Context) -> usize {
-        let limit = context.device.limits().max_storage_buffer_binding_size as usize;
-        MOST_CELLS.min(limit / (4 * self.words_of_bits().max(self.sums())))
-    }
-
-    /// The sums of the cells, and their bits where they are asked for.
-    fn cast(
-        &self,
-        work: &mut Work<'_>,
-        kernel: &Kernel,
-        mesh: &UploadedTree,
-    ) -> Result<Vec<Vec<u32>>, BakeError> {
-        let n = self.scene.n_cells as usize;
-        let frame = bytemuck::bytes_of(&self.scene);
-        let scene = work.upload("scene", BufferUsages::UNIFORM, frame);
-        let results = [n * self.sums() * 4, n * self.words_of_bits() * 4];
-        let buffers = results.map(|bytes| {
-            let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
-            work.context()
-                .device
-                .create_buffer(&wgpu::BufferDescriptor {
-                    label: Some("sums"),
-                    size: bytes.max(16) as u64,
-                    usage,
-                    mapped_at_creation: false,
-                })
-        });
-        let mut bindings = vec![&scene, &mesh.nodes, &mesh.corners, &mesh.samples];
-        bindings.extend(&self.tables);
-        bindings.push(&buffers[0]);
-        if matches!(self.variant, Variant::Faces | Variant::FacesWithBits) {
-            bindings.push(&buffers[1]);
-        }
-        let bound = work.bind(kernel, &bindings);
-        let rays = f64::from(self.scene.n_directions);
-        let (n, units) = match self.variant {
-            Variant::Naive => {
-                let cells = f64::from(WORKGROUP);
-                let triangles = f64::from(mesh.n_triangles);
-                (
-                    self.scene.n_cells.div_ceil(WORKGROUP),
-                    cells * rays * triangles,
-                )
-            }
-            _ => (self.scene.n_cells, rays * VISITS),
-        };
-        let y = match self.variant {
-            Variant::Faces | Variant::FacesWithBits => self.scene.n_directions.div_ceil(TEXELS),
-            Variant::Random | Variant::Naive => 1,
-        };
-        work.dispatch(kernel, &bound, Extent { n, y, z: 1, units })?;
-        let wanted: Vec<_> = buffers
-            .iter()
-            .zip(results)
-            .filter(|(_, bytes)| *bytes > 0)
-            .map(|(buffer, bytes)| (buffer, bytes as u64))
-            .collect();
-        let read = work.read(&wanted)?;
-        Ok(read
-            .iter()
-            .map(|b| bytemuck::pod_collect_to_vec(b))
-            .collect())
-    }
-
-    fn take(&self, sums: &[u32], raw: &mut RawGrid) {
-        let n = self.scene.n_cells as usize;
-        for cell in 0..n {
-            let of = |plane: usize| sums[plane * n + cell];
-            raw.counts.push(of(0));
-            raw.moments.push(match self.variant {
-                Variant::Random => self.random_moments(of),
-                _ => FaceSums {
-                    count: of(0),
-                    a: of(1).cast_signed(),
-                    m: [2, 3, 4].map(|plane| of(plane).cast_signed()),
-                }
-                .moments(self.scene.n_directions),
-            });
-        }
-    }
-
-    fn random_moments(&self, of: impl Fn(usize) -> u32) -> Moments {
-        let (count, rays) = (f64::from(of(0)), f64::from(self.scene.n_directions));
-        let mean = |plane: usize| {
-            let sum = f64::from(of(plane + 3)) * (u32::MAX as f64 + 1.0) + f64::from(of(plane));
-            // Each of the summands was one more.
-            ((sum / STEPS - count) / rays) as f32
-        };
-        let is_full = of(0) == self.scene.n_directions;
-        Moments {
-            a: (count / rays) as f32,
-            // Every direction hidden is the whole sphere, which points nowhere.
-            m: match is_full || !self.directions {
-                true => [0.0; 3],
-                false => [1, 2, 3].map(mean),
-            },
-        }
-    }
-
-    fn take_bits(&self, words: &[u32], first: usize, bits: &mut FaceBits) {
-        for (idx, &word) in words.iter().enumerate() {
-            let (cell, word_idx) = (idx / self.words_of_bits(), idx % self.words_of_bits());
-            debug_assert!(first + cell < self.spec.cell_count());
-            for bit in (0..u32::BITS as usize).filter(|bit| word >> bit & 1 != 0) {
-                bits.set(first + cell, word_idx * u32::BITS as usize + bit);
-            }
-        }
-    }
-}
-
-fn scene(mesh: &UploadedTree, options: &BakeOptions) -> Scene {
-    let seed = match options.method {
-        Method::Rays { seed, .. } => seed,
-        Method::Faces { .. } => 0,
-    };
-    let key = ChaCha8Rng::seed_from_u64(seed).get_seed();
-    // Farther than anything on the lattice, and still a number after it is multiplied.
-    let unlimited = (1_u64 << 33) as f32;
-    Scene {
-        cells: mesh.spec.resolution(),
-        n_directions: options.method.directions(),
-        first_cell: 0,
-        n_cells: 0,
-        n_nodes: mesh.n_nodes,
-        reach: options
-            .max_distance
-            .map_or(unlimited, |d| (f64::from(d) * mesh.scale) as f32)
-            .min(unlimited),
-        key: std::array::from_fn(|i| {
-            u32::from_le_bytes(std::array::from_fn(|byte| key[4 * i + byte]))
-        }),
-        n_triangles: mesh.n_triangles,
-        padding: [0; 3],
-    }
-}
-
-/// Directions and shares of texels; random directions need none.
-fn tables(work: &Work<'_>, method: Method) -> Vec<Buffer> {
-    let Method::Faces { size } = method else {
-        return Vec::new();
-    };
-    let directions: Vec<[f32; 4]> = texels(size)
-        .iter()
-        .map(|texel| {
-            let [x, y, z] = texel.direction;
-            [x, y, z, (x * x + y * y + z * z).sqrt()].map(|v| v as f32)
-        })
-        .collect();
-    let shares: Vec<[i32; 4]> = fixed_texels(size)
-        .iter()
-        .map(|texel| [texel.m[0], texel.m[1], texel.m[2], texel.a])
-        .collect();
-    let storage = |label, bytes: &[u8]| work.upload(label, BufferUsages::STORAGE, bytes);
-    vec![
-        storage("directions", bytemuck::cast_slice(&directions)),
-        storage("shares", bytemuck::cast_slice(&shares)),
-    ]
-}
-
-fn compile(device: &wgpu::Device, variant: Variant, directions: bool) -> Kernel {
-    use Binding::{Read, Uniform, Write};
-    let bindings: &[Binding] = match variant {
-        Variant::Random => &[Uniform, Read, Read, Read, Write],
-        Variant::Naive => &[Uniform, Read, Read, Read, Read, Read, Write],
-        _ => &[Uniform, Read, Read, Read, Read, Read, Write, Write],
-    };
-    let shader = shader(variant, directions);
-    Kernel::new(device, &shader, shader.entry_points[0], bindings)
-}
-
-/// All of them, in every variant.
-pub(crate) fn shaders() -> Vec<Shader> {
-    vec![
-        shader(Variant::Faces, true),
-        shader(Variant::Faces, false),
-        shader(Variant::FacesWithBits, true),
-        shader(Variant::Random, true),
-        shader(Variant::Random, false),
-        shader(Variant::Naive, true),
-    ]
-}
-
-fn shader(variant: Variant, directions: bool) -> Shader {
-    let constants = Constants::default()
-        .unsigned("WORKGROUP", WORKGROUP)
-        .boolean("DIRECTIONS", directions)
-        .unsigned("INNER", tree::INNER)
-        .unsigned("TRIANGLE_BITS", tree::TRIANGLE_BITS)
-        .unsigned("FIRST_TRIANGLE", (1 << tree::TRIANGLE_BITS) - 1)
-        // Less than this moves a ray by less than the boxes' padding, all the way.
-        .float("LEAST_SLOPE", 1e-12)
-        // Two products and a difference, half a step of 2⁻²³ each, and as much again.
-        .float("BOX_SLACK", 1.0 + 1.0 / (1 << 20) as f32);
-    let chunk = include_str!("../chunk.wgsl");
-    let any_hit = include_str!("any_hit.wgsl");
-    let name = match (variant, directions) {
-        (Variant::Faces, true) => "rays: faces",
-        (Variant::Faces, false) => "rays: faces without directions",
-        (Variant::FacesWithBits, _) => "rays: faces with bits",
-        (Variant::Random, true) => "rays: Monte Carlo",
-        (Variant::Random, false) => "rays: Monte Carlo without directions",
-        (Variant::Naive, _) => "naive",
-    };
-    if variant == Variant::Random {
-        let parts = [
-            chunk,
-            any_hit,
-            include_str!("../sweep/integers.wgsl"),
-            include_str!("monte_carlo.wgsl"),
-        ];
-        let constants = constants
-            .unsigned("SUMS", RANDOM_SUMS as u32)
-            .float("PRODUCT_ROUNDING", 1.0);
-        return Shader {
-            name,
-            source: constants.before(&parts),
-            entry_points: vec!["monte_carlo"],
-        };
-    }
-    if variant == Variant::Naive {
-        return Shader {
-            name,
-            source: constants.before(&[chunk, any_hit, include_str!("naive.wgsl")]),
-            entry_points: vec!["naive"],
-        };
-    }
-    let constants = constants
-        .boolean("BITS", variant == Variant::FacesWithBits)
-        .unsigned("TEXELS", TEXELS);
-    Shader {
-        name,
-        source: constants.before(&[chunk, any_hit, include_str!("faces.wgsl")]),
-        entry_points: vec!["faces"],
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::mem::offset_of;
-
-    use super::tree::Node;
-    use super::*;
-    use crate::layout_test::assert_layout;
-
-    #[test]
-    fn structures_are_laid_out_as_shaders_see_them() {
-        let shader = shader(Variant::Random, true);
-        let scene = [
-            ("cells", offset_of!(Scene, cells)),
-            ("n_directions", offset_of!(Scene, n_directions)),
-            ("first_cell", offset_of!(Scene, first_cell)),
-            ("n_cells", offset_of!(Scene, n_cells)),
-            ("n_nodes", offset_of!(Scene, n_nodes)),
-            ("reach", offset_of!(Scene, reach)),
-            ("key", offset_of!(Scene, key)),
-            ("n_triangles", offset_of!(Scene, n_triangles)),
-        ];
-        assert_layout(&shader, "Scene", size_of::<Scene>(), &scene);
-        let node = [
-            ("low", offset_of!(Node, low)),
-            ("skip", offset_of!(Node, skip)),
-            ("high", offset_of!(Node, high)),
-            ("triangles", offset_of!(Node, triangles)),
-        ];
-        assert_layout(&shader, "Node", size_of::<Node>(), &node);
     }
 }

@@ -20,6 +20,9 @@ fn first_counter(batch: u32, j: u32, k: u32, side: u32) -> u32 {
     return ((batch * frame.cells.z + k) * 2u + side) * SIDE_PLANES * plane() + j;
 }
 
+/// What this invocation has seen in a byte.
+var<private> largest: i32 = 0;
+
 /// From `column` on `delta` layers more, in the direction of a lane.
 fn add_step(first: u32, lane: u32, column: u32, delta: i32) {
     if WIDE {
@@ -31,7 +34,12 @@ fn add_step(first: u32, lane: u32, column: u32, delta: i32) {
     let shift = 8u * (lane % 4u);
     let before = atomicAdd(&counters[place], bitcast<u32>(delta) << shift);
     let byte = i32(((before + BYTE_BIAS) >> shift) & 255u) - 128;
-    if abs(byte + delta) > 127 {
+    largest = max(largest, abs(byte + delta));
+}
+
+/// To be called when everything is counted.
+fn tell_if_wrapped() {
+    if largest > 127 {
         atomicStore(&wrapped, 1u);
     }
 }

@@ -1,7 +1,7 @@
 // Crossings: where silhouettes pass through the planes of rows of cells, and the columns from
-// which on that matters. A workgroup searches its edges for pairs of an edge and a row of
-// texels that are silhouettes and cross a level, few of all, and then shares them out: so
-// that no lane idles beside a long one more than it must.
+// which on that matters. A workgroup searches its edges, and some rows of texels, for pairs of an
+// edge and a batch that are silhouettes and cross a level, few of all, cuts them into pieces of
+// about as many steps, and shares those out: so that no lane idles beside a long one.
 
 /// Of each row of texels.
 @group(0) @binding(4) var<uniform> levels: array<Level, TABLE>;
@@ -14,8 +14,11 @@
 /// See `levels`.
 @group(0) @binding(8) var<storage, read> ranks: array<u32>;
 
-/// An edge of the workgroup and a row of texels: local number, row from bit 8 on.
+/// Pairs of an edge of the workgroup and a batch: the edge in bits 0–5, the batch in 6–9, and
+/// in those above the pair's first piece. Sorted by that.
 var<workgroup> queue: array<u32, QUEUE>;
+/// How many pieces there are, and from bit 21 on how many pairs: one number, so that both are
+/// in the same order.
 var<workgroup> queued: atomic<u32>;
 
 /// Four facings of a triangle as seen from an edge that it lies on.
@@ -24,24 +27,75 @@ fn along(side: u32, word: u32) -> u32 {
     return select(bytes, bytes ^ ALL_REVERSED, (side & REVERSED) != 0u);
 }
 
-fn enqueue(edge_idx: u32, local: u32) {
-    let edge = edges[edge_idx];
-    let words = facing_words();
-    for (var word = 0u; word < words; word++) {
-        var odd = 0xffffffffu;
-        if edge_idx < frame.n_pairs {
-            // Two half-edges add nothing where one is the other, reversed.
-            odd = along(edge.z, word) ^ along(edge.w, word) ^ ALL_REVERSED;
+/// Facings of the triangles on both sides: where they are equal, one half-edge is the other,
+/// reversed, and together they add nothing. A lone half-edge always counts.
+fn sides(edge_idx: u32, edge: vec4<u32>, word: u32) -> vec2<u32> {
+    let one = along(edge.z, word);
+    if edge_idx < frame.n_pairs {
+        return vec2(one, along(edge.w, word) ^ ALL_REVERSED);
+    }
+    return vec2(one, one ^ ALL_REVERSED);
+}
+
+/// The directions of a block for which an edge is a silhouette.
+fn silhouette(sides: vec2<u32>, block: u32) -> u32 {
+    return (facing_mask(sides.x, block) ^ facing_mask(sides.y, block)) & lanes_of(block);
+}
+
+/// The levels of a piece of a pair with so many directions.
+fn levels_of_piece(lanes: u32) -> u32 {
+    return frame.piece / countOneBits(lanes);
+}
+
+fn enqueue_row(local: u32, row: u32, sides: vec2<u32>, n_levels: u32) {
+    for (var block = 0u; block < frame.n_blocks; block++) {
+        let lanes = silhouette(sides, frame.first_block + block);
+        if lanes == 0u {
+            continue;
         }
-        for (var row = 4u * word; odd != 0u && row < frame.n_rows; row++) {
-            let is_odd = (odd & 255u) != 0u;
-            odd >>= 8u;
-            let rank_a = ranks[edge.x * frame.n_rows + row];
-            if is_odd && rank_a != ranks[edge.y * frame.n_rows + row] {
-                queue[atomicAdd(&queued, 1u)] = local | (row << 8u);
+        let levels_each = levels_of_piece(lanes);
+        let pieces = (n_levels + levels_each - 1u) / levels_each;
+        let place = atomicAdd(&queued, ONE_PAIR + pieces);
+        let batch = row * frame.n_blocks + block;
+        queue[place / ONE_PAIR] = local | (batch << 6u) | ((place % ONE_PAIR) << 10u);
+    }
+}
+
+fn enqueue(edge_idx: u32, local: u32, first_row: u32) {
+    let edge = edges[edge_idx];
+    let end = min(first_row + frame.rows_each, frame.n_rows);
+    for (var word = first_row / 4u; 4u * word < end; word++) {
+        let start = max(first_row, 4u * word);
+        var both = sides(edge_idx, edge, word) >> vec2(8u * (start % 4u));
+        for (var row = start; both.x != both.y && row < end; row++) {
+            if ((both.x ^ both.y) & 255u) != 0u {
+                let rank_a = ranks[edge.x * frame.n_rows + row];
+                let rank_b = ranks[edge.y * frame.n_rows + row];
+                if rank_a != rank_b {
+                    enqueue_row(local, row, both, max(rank_a, rank_b) - min(rank_a, rank_b));
+                }
             }
+            both >>= vec2(8u);
         }
     }
+}
+
+/// The last pair of which the first piece is not after this one.
+fn pair_of(piece: u32, n_pairs: u32, n_pieces: u32) -> u32 {
+    if n_pairs == n_pieces {
+        return piece;
+    }
+    var low = 0u;
+    var high = n_pairs;
+    while high - low > 1u {
+        let middle = (low + high) / 2u;
+        if (queue[middle] >> 10u) <= piece {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
 }
 
 /// An edge seen along a row of texels: relative to its first end in v and w, and in u to the
@@ -66,44 +120,7 @@ fn crossing(line: Line, to_row: vec2<i32>, cell: f32) -> vec2<f32> {
     return vec2(line.u + t * line.along_u, t * f32(line.along.y) * cell - row.y);
 }
 
-/// Counts a crossing for the directions of a block: `delta` layers more where `more` has a
-/// bit, fewer elsewhere.
-fn count(first: u32, block: u32, at: vec2<f32>, active_lanes: u32, more: u32, delta: i32) {
-    var lanes = active_lanes;
-    while lanes != 0u {
-        let lane = firstTrailingBit(lanes);
-        lanes &= lanes - 1u;
-        let at_row = at.x - at.y * texel_slope(block * LANES + lane);
-        let column = u32(clamp(ceil(at_row), 0.0, f32(frame.cells.x)));
-        if column < frame.cells.x {
-            add_step(first, lane, column, select(-delta, delta, ((more >> lane) & 1u) != 0u));
-        }
-    }
-}
-
-/// Counts an edge at every `parts`-th level that it crosses, for one block of directions.
-fn cross_levels(line: Line, row: u32, block: u32, active_lanes: u32, more: u32, delta: i32, low: u32, high: u32) {
-    let n = frame.cells.z;
-    let cell = 1.0 / f32(1u << frame.bits);
-    let batch = row * frame.n_blocks + block - frame.first_block;
-    for (var number = low; number < high; number += frame.parts) {
-        let level = levels[row * n + number % n];
-        let j = i32(number / n) + frame.lowest_whole - level.whole - frame.first_cell.y;
-        if u32(j) >= frame.cells.y {
-            continue;
-        }
-        let place = vec2(j + frame.first_cell.y, i32(level.k) + frame.first_cell.z);
-        let to_row = (place << vec2(frame.bits)) - line.start;
-        let side = select(1u, 0u, is_above(line.along, line.up, to_row));
-        let first = first_counter(batch, u32(j), level.k, side);
-        count(first, block, crossing(line, to_row, cell), active_lanes, more, delta);
-    }
-}
-
-fn count_edge(edge_idx: u32, row: u32, part: u32) {
-    let edge = edges[edge_idx];
-    let rank_a = ranks[edge.x * frame.n_rows + row];
-    let rank_b = ranks[edge.y * frame.n_rows + row];
+fn line_of(edge: vec4<u32>, row: u32, up: bool) -> Line {
     let a = frame.axes * frame.n_vertices + edge.x;
     let b = frame.axes * frame.n_vertices + edge.y;
     let cell = 1.0 / f32(1u << frame.bits);
@@ -116,38 +133,104 @@ fn count_edge(edge_idx: u32, row: u32, part: u32) {
     line.slope = row_slope(row);
     let grows = (f32(line.along.x) - line.slope * f32(line.along.y)) * cell;
     line.inverse = select(1.0 / grows, 0.0, grows == 0.0);
-    line.up = rank_a < rank_b;
+    line.up = up;
+    return line;
+}
 
-    let shift = 8u * (row % 4u);
-    let one = along(edge.z, row / 4u) >> shift;
-    let is_pair = edge_idx < frame.n_pairs;
-    var other = one;
-    if is_pair {
-        other = along(edge.w, row / 4u) >> shift;
-    }
-    let low = min(rank_a, rank_b) + part;
-    let high = max(rank_a, rank_b);
-    for (var block = frame.first_block; block < frame.first_block + frame.n_blocks; block++) {
-        let faced = facing_mask(one, block);
-        let active_lanes = ~(faced ^ facing_mask(other, block)) & lanes_of(block);
-        // Seen along d, a triangle that faces it has its edges that go up at its right, where
-        // its layer ends.
-        let more = select(faced, ~faced, line.up);
-        if active_lanes != 0u {
-            cross_levels(line, row, block, active_lanes, more, select(1, 2, is_pair), low, high);
+/// Where an edge crosses a level: u and the height above the row, and the row's counters.
+struct Crossing {
+    at: vec2<f32>,
+    first: u32,
+    is_in_brick: bool,
+}
+
+/// `whole` and `order` name the level: those of one whole part are sorted by their fractions.
+fn cross(line: Line, batch: u32, whole: i32, order: u32) -> Crossing {
+    let level = levels[batch / frame.n_blocks * frame.cells.z + order];
+    let j = whole + frame.lowest_whole - level.whole - frame.first_cell.y;
+    let place = vec2(j + frame.first_cell.y, i32(level.k) + frame.first_cell.z);
+    let to_row = (place << vec2(frame.bits)) - line.start;
+    let side = select(1u, 0u, is_above(line.along, line.up, to_row));
+    let cell = 1.0 / f32(1u << frame.bits);
+    return Crossing(
+        crossing(line, to_row, cell),
+        first_counter(batch, u32(j), level.k, side),
+        u32(j) < frame.cells.y,
+    );
+}
+
+/// Counts an edge at a range of levels, for some directions of a block: `delta` layers more
+/// where `more` has a bit, fewer elsewhere. One loop over all steps and not one in another:
+/// invocations beside each other have different numbers of both.
+fn count_levels(line: Line, batch: u32, active_lanes: u32, more: u32, delta: i32, low: u32, n_levels: u32) {
+    let n = frame.cells.z;
+    let first_texel = (frame.first_block + batch % frame.n_blocks) * LANES;
+    var whole = i32(low / n);
+    var order = low % n;
+    var left = n_levels;
+    var lanes = 0u;
+    var crossed: Crossing;
+    loop {
+        if lanes == 0u {
+            if left == 0u {
+                break;
+            }
+            crossed = cross(line, batch, whole, order);
+            lanes = select(0u, active_lanes, crossed.is_in_brick);
+            left--;
+            order++;
+            if order == n {
+                order = 0u;
+                whole++;
+            }
+        }
+        if lanes != 0u {
+            let lane = firstTrailingBit(lanes);
+            lanes &= lanes - 1u;
+            let at_row = crossed.at.x - crossed.at.y * texel_slope(first_texel + lane);
+            let column = u32(clamp(ceil(at_row), 0.0, f32(frame.cells.x)));
+            if column < frame.cells.x {
+                add_step(crossed.first, lane, column, select(-delta, delta, ((more >> lane) & 1u) != 0u));
+            }
         }
     }
+}
+
+fn count_piece(edge_idx: u32, batch: u32, piece: u32) {
+    let edge = edges[edge_idx];
+    let row = batch / frame.n_blocks;
+    let block = frame.first_block + batch % frame.n_blocks;
+    let both = sides(edge_idx, edge, row / 4u) >> vec2(8u * (row % 4u));
+    let active_lanes = silhouette(both, block);
+
+    let rank_a = ranks[edge.x * frame.n_rows + row];
+    let rank_b = ranks[edge.y * frame.n_rows + row];
+    let levels_each = levels_of_piece(active_lanes);
+    let low = min(rank_a, rank_b) + piece * levels_each;
+    let n_levels = min(levels_each, max(rank_a, rank_b) - low);
+
+    let up = rank_a < rank_b;
+    // Seen along d, a triangle that faces it has its edges that go up at its right, where its
+    // layer ends.
+    let faced = facing_mask(both.x, block);
+    let more = select(faced, ~faced, up);
+    let delta = select(1, 2, edge_idx < frame.n_pairs);
+    count_levels(line_of(edge, row, up), batch, active_lanes, more, delta, low, n_levels);
 }
 
 @compute @workgroup_size(WORKGROUP)
 fn crossings(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let first = (chunk.first + group.x) * WORKGROUP;
     if first + local < frame.n_edges {
-        enqueue(first + local, local);
+        enqueue(first + local, local, group.y * frame.rows_each);
     }
     workgroupBarrier();
-    let n = atomicLoad(&queued);
-    for (var i = local; i < n; i += WORKGROUP) {
-        count_edge(first + (queue[i] & 255u), queue[i] >> 8u, group.z);
+    let found = atomicLoad(&queued);
+    let n_pairs = found / ONE_PAIR;
+    let n_pieces = found % ONE_PAIR;
+    for (var piece = group.z * WORKGROUP + local; piece < n_pieces; piece += WORKGROUP * frame.parts) {
+        let pair = queue[pair_of(piece, n_pairs, n_pieces)];
+        count_piece(first + (pair & 63u), (pair >> 6u) & 15u, piece - (pair >> 10u));
     }
+    tell_if_wrapped();
 }

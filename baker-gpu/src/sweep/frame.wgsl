@@ -19,7 +19,8 @@ struct Frame {
     n_ranks: u32,
     /// Half of what a grows by from one texel to the next, in cells along u per cell along w.
     half_slope: f32,
-    unused: f32,
+    /// Steps of a piece of work, about; at least as many as a block has directions.
+    piece: u32,
     n_vertices: u32,
     n_triangles: u32,
     /// Edges of two triangles; they come first.
@@ -31,8 +32,13 @@ struct Frame {
     /// Blocks of directions in this pass, and the first of them.
     first_block: u32,
     n_blocks: u32,
-    /// Invocations that share the levels of an edge.
+    /// Bounds of the mesh along u, v and w, wider by a cell, relative to the brick's first cell.
+    mesh_low: vec3<f32>,
+    /// Workgroups that share the pieces of the same edges.
     parts: u32,
+    mesh_high: vec3<f32>,
+    /// Rows of texels that a workgroup searches its edges for.
+    rows_each: u32,
     /// b of each row, in cells along v per cell along w.
     row_slopes: array<vec4<f32>, ROW_SLOPES>,
 }

@@ -5,6 +5,14 @@ use bytemuck::{Pod, Zeroable};
 /// Rows of texels in a pass, at most.
 pub(super) const MOST_ROWS: u32 = 16;
 
+/// Batches in a pass, at most: as many as a pair of `crossings.wgsl` has bits for. More would
+/// feed more of a large GPU, and their counters would stay in less of its cache.
+pub(super) const MOST_BATCHES: u32 = 16;
+
+/// Sums of shares a batch: of each set of four bits, for the eight fours of a mask.
+pub(super) const SHARES: u32 = 128;
+const _: () = assert!((MOST_BATCHES * SHARES) as usize <= TABLE && MOST_ROWS <= MOST_BATCHES);
+
 /// Entries of the uniform tables: with 16 bytes each, all that WebGPU guarantees.
 pub(super) const TABLE: usize = 4096;
 
@@ -21,7 +29,7 @@ pub(super) struct Frame {
     pub lowest_whole: i32,
     pub n_ranks: u32,
     pub half_slope: f32,
-    pub unused: f32,
+    pub piece: u32,
     pub n_vertices: u32,
     pub n_triangles: u32,
     pub n_pairs: u32,
@@ -30,8 +38,10 @@ pub(super) struct Frame {
     pub n_rows: u32,
     pub first_block: u32,
     pub n_blocks: u32,
+    pub mesh_low: [f32; 3],
     pub parts: u32,
-    pub padding: [u32; 3],
+    pub mesh_high: [f32; 3],
+    pub rows_each: u32,
     pub row_slopes: [f32; MOST_ROWS as usize],
 }
 
@@ -86,7 +96,7 @@ mod tests {
             ("lowest_whole", offset_of!(Frame, lowest_whole)),
             ("n_ranks", offset_of!(Frame, n_ranks)),
             ("half_slope", offset_of!(Frame, half_slope)),
-            ("unused", offset_of!(Frame, unused)),
+            ("piece", offset_of!(Frame, piece)),
             ("n_vertices", offset_of!(Frame, n_vertices)),
             ("n_triangles", offset_of!(Frame, n_triangles)),
             ("n_pairs", offset_of!(Frame, n_pairs)),
@@ -95,7 +105,10 @@ mod tests {
             ("n_rows", offset_of!(Frame, n_rows)),
             ("first_block", offset_of!(Frame, first_block)),
             ("n_blocks", offset_of!(Frame, n_blocks)),
+            ("mesh_low", offset_of!(Frame, mesh_low)),
             ("parts", offset_of!(Frame, parts)),
+            ("mesh_high", offset_of!(Frame, mesh_high)),
+            ("rows_each", offset_of!(Frame, rows_each)),
             ("row_slopes", offset_of!(Frame, row_slopes)),
         ];
         let crossings = shader("sweep: crossings");

@@ -2,11 +2,16 @@
 
 use wgpu::Device;
 
-use super::gpu_data::{MOST_ROWS, TABLE};
+use super::gpu_data::{MOST_BATCHES, MOST_ROWS, SHARES, TABLE};
 use super::mesh;
 use super::plan::LANES;
 use crate::kernel::{Binding, Kernel};
 use crate::shaders::{Constants, Shader, WORKGROUP};
+
+/// A pair among those of a workgroup, in the word that counts both pairs and their pieces.
+/// Fewer pieces than this follow from [`steps_of_piece`](super::pass::steps_of_piece).
+pub(super) const ONE_PAIR: u32 = 1 << 21;
+const _: () = assert!(WORKGROUP * MOST_BATCHES < u32::MAX / ONE_PAIR && WORKGROUP <= 64);
 
 /// Compiled for one kind of counters, with directions or without.
 pub(super) struct Kernels {
@@ -98,7 +103,8 @@ fn levels() -> Shader {
 
 fn crossings(wide: bool) -> Shader {
     let constants = with_counters(wide)
-        .unsigned("QUEUE", WORKGROUP * MOST_ROWS)
+        .unsigned("QUEUE", WORKGROUP * MOST_BATCHES)
+        .unsigned("ONE_PAIR", ONE_PAIR)
         .unsigned("TRIANGLE", !mesh::REVERSED)
         .unsigned("REVERSED", mesh::REVERSED)
         .unsigned("ALL_REVERSED", 0x8080_8080)
@@ -142,8 +148,7 @@ fn summation(wide: bool) -> Shader {
     let constants = with_counters(wide)
         .unsigned("EVEN_BYTES", 0x00ff_00ff)
         .unsigned("EVEN_BYTE_BIAS", 0x0080_0080)
-        .unsigned("HALF_BIAS", 0x8000_8000)
-        .unsigned("NOWHERE", u32::MAX);
+        .unsigned("HALF_BIAS", 0x8000_8000);
     Shader {
         name: if wide {
             "sweep: wide summation"
@@ -156,7 +161,9 @@ fn summation(wide: bool) -> Shader {
 }
 
 fn moments(directions: bool) -> Shader {
-    let constants = constants().boolean("DIRECTIONS", directions);
+    let constants = constants()
+        .boolean("DIRECTIONS", directions)
+        .unsigned("SHARES", SHARES);
     Shader {
         name: match directions {
             true => "sweep: moments",

@@ -21,8 +21,8 @@ pub(super) struct Mesh {
     pub edges: Buffer,
     pub n_pairs: u32,
     pub n_edges: u32,
-    /// The largest coordinate of a vertex along each axis, in cells.
-    pub reach: [f64; 3],
+    /// The least and the largest coordinates of triangles, in cells.
+    pub bounds: [[f64; 3]; 2],
     /// The mean length of an edge along each axis, in cells.
     pub edge_cells: [f64; 3],
 }
@@ -55,9 +55,15 @@ impl Mesh {
             edges: storage("edges", bytemuck::cast_slice(&edges(mesh))),
             n_pairs: mesh.edges().len() as u32,
             n_edges: n_edges as u32,
-            reach: reach(mesh),
+            bounds: bounds(mesh),
             edge_cells: edge_cells(mesh),
         })
+    }
+
+    /// The largest coordinate along each axis, whatever its sign, in cells.
+    pub(super) fn reach(&self) -> [f64; 3] {
+        let [low, high] = self.bounds;
+        std::array::from_fn(|x| low[x].abs().max(high[x].abs()))
     }
 }
 
@@ -99,15 +105,20 @@ fn edges(mesh: &PreparedMesh) -> Vec<[u32; 4]> {
     pairs.chain(lone).collect()
 }
 
-fn reach(mesh: &PreparedMesh) -> [f64; 3] {
-    let larger = |a: [u32; 3], b: [u32; 3]| std::array::from_fn(|x| a[x].max(b[x]));
-    let most = mesh
+fn bounds(mesh: &PreparedMesh) -> [[f64; 3]; 2] {
+    let wider = |a: [[i32; 3]; 2], b: [[i32; 3]; 2]| {
+        [
+            std::array::from_fn(|x| a[0][x].min(b[0][x])),
+            std::array::from_fn(|x| a[1][x].max(b[1][x])),
+        ]
+    };
+    let found = mesh
         .triangles()
         .par_iter()
         .with_min_len(4096)
-        .flat_map_iter(|t| t.map(|v| mesh.vertices()[v as usize].map(i32::unsigned_abs)))
-        .reduce(|| [0; 3], larger);
-    most.map(|v| f64::from(v) / f64::from(1_u32 << mesh.lattice().bits()))
+        .flat_map_iter(|t| t.map(|v| [mesh.vertices()[v as usize]; 2]))
+        .reduce(|| [[i32::MAX; 3], [i32::MIN; 3]], wider);
+    found.map(|corner| corner.map(|v| f64::from(v) / f64::from(1_u32 << mesh.lattice().bits())))
 }
 
 fn edge_cells(mesh: &PreparedMesh) -> [f64; 3] {

@@ -2,7 +2,8 @@
 
 /// See `summation`.
 @group(0) @binding(2) var<storage, read> masks: array<u32>;
-/// Shares of moment 1 and of moment 0 of each bit of each batch, in steps of 2⁻³⁰.
+/// For each four bits of each batch's mask, the sums over all sets of them of the shares of
+/// moment 1 and of moment 0, in steps of 2⁻³⁰.
 @group(0) @binding(3) var<uniform> shares: array<vec4<i32>, TABLE>;
 /// All counts, then all a, then all m.x, all m.y, all m.z, of the cells of the brick, x fastest.
 @group(0) @binding(4) var<storage, read_write> sums: array<i32>;
@@ -20,19 +21,17 @@ fn moments(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
     let batches = frame.n_rows * frame.n_blocks;
     for (var batch = 0u; batch < batches; batch++) {
         let mask = masks[batch * n_cells + idx];
-        if mask == 0u {
-            continue;
-        }
         count += countOneBits(mask);
-        for (var bit = 0u; bit < 32u; bit++) {
-            let share = shares[batch * 32u + bit];
-            // All ones where the bit is set.
-            let keep = -i32((mask >> bit) & 1u);
-            if DIRECTIONS {
-                sum += share & vec4(keep);
-            } else {
-                sum.w += share.w & keep;
-            }
+        // Both halves at a time, as far as there are bits.
+        var ahead = mask & 0xffffu;
+        var behind = mask >> 16u;
+        var first = batch * SHARES;
+        while (ahead | behind) != 0u {
+            sum += shares[first + (ahead & 15u)];
+            sum += shares[first + SHARES / 2u + (behind & 15u)];
+            ahead >>= 4u;
+            behind >>= 4u;
+            first += 16u;
         }
     }
     if count == 0u {

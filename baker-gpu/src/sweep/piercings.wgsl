@@ -79,4 +79,5 @@ fn piercings(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_
             add_step(first_below, lane, candidate.column, -delta);
         }
     }
+    tell_if_wrapped();
 }

@@ -3,7 +3,7 @@
 
 use aogrid_grid_format::GridSpec;
 
-use super::gpu_data::{MOST_ROWS, TABLE};
+use super::gpu_data::{MOST_BATCHES, MOST_ROWS, TABLE};
 
 /// Directions along a face's row are handled in blocks of this many: half the bits of a mask.
 pub(super) const LANES: u32 = 16;
@@ -16,10 +16,6 @@ const _: () = assert!(MOST_ALONG * 127 < 1 << 15 && MOST_ALONG * MOST_ROWS <= TA
 /// Cells of a brick, at most: one batch of wide counters then takes 128 MiB, which every
 /// device offers.
 const MOST_CELLS: u32 = 1 << 20;
-
-/// Bytes of counters of a pass, at most. More batches at a time feed more of a large GPU; less
-/// memory stays in more of a cache.
-const MOST_COUNTERS: u64 = 1 << 27;
 
 /// Directions of a batch, those of −d included.
 const DIRECTIONS: u32 = 2 * LANES;
@@ -90,8 +86,7 @@ impl Pass {
     pub(super) fn all(brick: &Brick, size: u32, room: &Room) -> Vec<Self> {
         let blocks = size.div_ceil(LANES);
         let batch = u64::from(brick.cell_count() * DIRECTIONS) * room.counter;
-        let batches = (MOST_COUNTERS.min(room.binding) / batch).max(1);
-        let batches = batches.min(TABLE as u64 / u64::from(DIRECTIONS)) as u32;
+        let batches = (room.binding / batch).clamp(1, u64::from(MOST_BATCHES)) as u32;
         let n_blocks = blocks.min(batches);
         // A vertex has four bytes a row, a triangle four for each four rows.
         let of_mesh =
@@ -182,7 +177,7 @@ mod tests {
                 let mut seen = vec![0; (3 * size * size.div_ceil(LANES)) as usize];
                 for pass in Pass::all(&brick, size, &room) {
                     assert!(counter_bytes(&brick, pass.n_batches(), counter) <= binding);
-                    assert!(pass.n_batches() * DIRECTIONS <= TABLE as u32);
+                    assert!(pass.n_batches() <= MOST_BATCHES);
                     assert!(u64::from(pass.n_rows) * n_vertices * 4 <= binding);
                     let words = u64::from(pass.n_rows.div_ceil(4));
                     assert!(words * n_triangles * 4 <= binding);

@@ -1,10 +1,11 @@
 // Summation: from differences along a row of cells to the texels of its cells. An invocation
-// takes one row and batch, reads its counters, and leaves them zero.
+// takes one row and batch, reads its counters, and leaves them zero. It looks only where the
+// mesh's bounds leave something to be found: mostly a quarter.
 
 /// See `counters`; here nobody else writes.
 @group(0) @binding(2) var<storage, read_write> steps: array<u32>;
 /// Occluded directions of each cell: those of d in bits 0–15, of −d in 16–31. In the order
-/// batch, column, k, j.
+/// batch, column, k, j. Zero beforehand.
 @group(0) @binding(3) var<storage, read_write> masks: array<u32>;
 
 /// Four planes of counters from `place` on, which are zeroed.
@@ -59,11 +60,18 @@ fn occluded_of_four(layers: vec4<u32>) -> u32 {
     return bits.x | bits.y | bits.z | bits.w;
 }
 
+/// A row of cells and a batch, and what the bounds of the mesh leave of it.
 struct Row {
     /// Counters of column 0.
     place: u32,
     /// Masks of column 0.
     mask: u32,
+    /// Columns with steps: none before `first` and from `end` on.
+    first: u32,
+    end: u32,
+    /// Whether something is above the row, and below.
+    above: bool,
+    below: bool,
 }
 
 fn row_of(group: vec3<u32>, local: u32) -> Row {
@@ -71,43 +79,64 @@ fn row_of(group: vec3<u32>, local: u32) -> Row {
     let rows = frame.cells.y * frame.cells.z;
     let j = row % frame.cells.y;
     let k = row / frame.cells.y;
-    let plane = frame.cells.x * frame.cells.y;
-    let place = (group.y * frame.cells.z + k) * 2u * SIDE_PLANES * plane + j;
-    return Row(select(place, NOWHERE, row >= rows), group.y * frame.cells.x * rows + row);
+    let batch = group.y;
+    let place = (batch * frame.cells.z + k) * 2u * SIDE_PLANES * plane() + j;
+    let heights = vec2(frame.mesh_low.z, frame.mesh_high.z) - f32(k);
+
+    // Of the plane of the row, between those heights.
+    let v = f32(j) + row_slope(batch / frame.n_blocks) * heights;
+    let is_beside = max(v.x, v.y) < frame.mesh_low.y || min(v.x, v.y) > frame.mesh_high.y;
+    let columns = columns_of(heights, frame.first_block + batch % frame.n_blocks);
+    let is_out = is_beside || row >= rows;
+    return Row(
+        place,
+        batch * frame.cells.x * rows + row,
+        columns.x,
+        select(columns.y, 0u, is_out),
+        heights.y > 0.0,
+        heights.x < 0.0,
+    );
+}
+
+/// From which column to which a mesh between these heights above a row has steps.
+fn columns_of(heights: vec2<f32>, block: u32) -> vec2<u32> {
+    let first_texel = block * LANES;
+    let slopes = vec2(texel_slope(first_texel), texel_slope(min(first_texel + LANES, frame.size) - 1u));
+    let ends = vec4(slopes.x * heights, slopes.y * heights);
+    let least = min(min(ends.x, ends.y), min(ends.z, ends.w));
+    let most = max(max(ends.x, ends.y), max(ends.z, ends.w));
+    let low = floor(frame.mesh_low.x - most);
+    let high = ceil(frame.mesh_high.x - least) + 1.0;
+    return vec2<u32>(clamp(vec2(low, high), vec2(0.0), vec2(f32(frame.cells.x))));
+}
+
+fn plane() -> u32 {
+    return frame.cells.x * frame.cells.y;
 }
 
 @compute @workgroup_size(WORKGROUP)
 fn summation(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let row = row_of(group, local);
-    if row.place == NOWHERE {
-        return;
-    }
-    let plane = frame.cells.x * frame.cells.y;
     let rows = frame.cells.y * frame.cells.z;
     var above = Layers(vec4(HALF_BIAS), vec4(HALF_BIAS));
     var below = Layers(vec4(HALF_BIAS), vec4(HALF_BIAS));
-    var mask = 0u;
-    for (var column = 0u; column < frame.cells.x; column++) {
+    for (var column = row.first; column < row.end; column++) {
         let place = row.place + column * frame.cells.y;
-        let steps_above = take(place, plane);
-        let steps_below = take(place + 4u * plane, plane);
-        if any((steps_above | steps_below) != vec4(0u)) {
-            add(&above, steps_above);
-            add(&below, steps_below);
-            mask = occluded(above) | (occluded(below) << 16u);
+        if row.above {
+            add(&above, take(place, plane()));
         }
-        masks[row.mask + column * rows] = mask;
+        if row.below {
+            add(&below, take(place + 4u * plane(), plane()));
+        }
+        masks[row.mask + column * rows] = occluded(above) | (occluded(below) << 16u);
     }
 }
 
 @compute @workgroup_size(WORKGROUP)
 fn summation_of_wide(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let row = row_of(group, local);
-    if row.place == NOWHERE {
-        return;
-    }
-    let plane = frame.cells.x * frame.cells.y;
     let rows = frame.cells.y * frame.cells.z;
+    let plane = plane();
     var above_0 = vec4(0u);
     var above_1 = vec4(0u);
     var above_2 = vec4(0u);
@@ -116,7 +145,7 @@ fn summation_of_wide(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_inv
     var below_1 = vec4(0u);
     var below_2 = vec4(0u);
     var below_3 = vec4(0u);
-    for (var column = 0u; column < frame.cells.x; column++) {
+    for (var column = row.first; column < row.end; column++) {
         let place = row.place + column * frame.cells.y;
         above_0 += take(place, plane);
         above_1 += take(place + 4u * plane, plane);

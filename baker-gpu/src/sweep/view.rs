@@ -34,7 +34,7 @@ pub(super) struct Levels {
     pub per_row: u32,
     /// The lowest whole of any level, and how many levels follow it.
     lowest_whole: i32,
-    n_ranks: u32,
+    pub n_ranks: u32,
 }
 
 impl View {
@@ -106,7 +106,15 @@ impl View {
         }
     }
 
-    /// All but the counts of the mesh.
+    /// The mesh's bounds, wider by a cell: a thousand times more than rounding moves a step.
+    pub(super) fn bounds_of(&self, [low, high]: [[f64; 3]; 2]) -> [[f32; 3]; 2] {
+        let local = |p: [f64; 3], wider: f64| {
+            std::array::from_fn(|i| (p[self.axes[i]] - f64::from(self.first[i]) + wider) as f32)
+        };
+        [local(low, -1.0), local(high, 1.0)]
+    }
+
+    /// All but what depends on the mesh.
     pub(super) fn frame(&self, pass: &Pass, levels: &Levels, bits: u32) -> Frame {
         Frame {
             cells: self.cells,
