@@ -27,12 +27,7 @@ pub(crate) const CHUNK_STRIDE: u64 = 256;
 const CHUNK_SIZE: u64 = 16;
 
 impl Kernel {
-    pub(crate) fn new(
-        device: &Device,
-        shader: &Shader,
-        entry_point: &str,
-        bindings: &[Binding],
-    ) -> Self {
+    pub(crate) fn new(device: &Device, shader: &Shader, bindings: &[Binding]) -> Self {
         let label = Some(shader.name);
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label,
@@ -52,7 +47,7 @@ impl Kernel {
             label,
             layout: Some(&pipeline_layout),
             module: &module,
-            entry_point: Some(entry_point),
+            entry_point: Some(shader.entry_point),
             compilation_options: Default::default(),
             cache: None,
         });

@@ -19,8 +19,7 @@ pub(super) fn compile(device: &wgpu::Device, variant: Variant, directions: bool)
         Variant::Naive => &[Uniform, Read, Read, Read, Read, Read, Write],
         _ => &[Uniform, Read, Read, Read, Read, Read, Write, Write],
     };
-    let shader = shader(variant, directions);
-    Kernel::new(device, &shader, shader.entry_points[0], bindings)
+    Kernel::new(device, &shader(variant, directions), bindings)
 }
 
 /// All of them, in every variant.
@@ -69,14 +68,14 @@ fn shader(variant: Variant, directions: bool) -> Shader {
         return Shader {
             name,
             source: constants.before(&parts),
-            entry_points: vec!["monte_carlo"],
+            entry_point: "monte_carlo",
         };
     }
     if variant == Variant::Naive {
         return Shader {
             name,
             source: constants.before(&[chunk, any_hit, include_str!("naive.wgsl")]),
-            entry_points: vec!["naive"],
+            entry_point: "naive",
         };
     }
     let constants = constants
@@ -85,6 +84,6 @@ fn shader(variant: Variant, directions: bool) -> Shader {
     Shader {
         name,
         source: constants.before(&[chunk, any_hit, include_str!("faces.wgsl")]),
-        entry_points: vec!["faces"],
+        entry_point: "faces",
     }
 }

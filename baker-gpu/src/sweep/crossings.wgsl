@@ -42,9 +42,10 @@ fn silhouette(sides: vec2<u32>, block: u32) -> u32 {
     return (facing_mask(sides.x, block) ^ facing_mask(sides.y, block)) & lanes_of(block);
 }
 
-/// The levels of a piece of a pair with so many directions.
+/// The levels of a piece of a pair with these directions, as a power of two: a piece has
+/// `frame.piece` steps at most, and mostly more than half of them.
 fn levels_of_piece(lanes: u32) -> u32 {
-    return frame.piece / countOneBits(lanes);
+    return frame.piece_bits - (32u - countLeadingZeros(countOneBits(lanes) - 1u));
 }
 
 fn enqueue_row(local: u32, row: u32, sides: vec2<u32>, n_levels: u32) {
@@ -53,29 +54,37 @@ fn enqueue_row(local: u32, row: u32, sides: vec2<u32>, n_levels: u32) {
         if lanes == 0u {
             continue;
         }
-        let levels_each = levels_of_piece(lanes);
-        let pieces = (n_levels + levels_each - 1u) / levels_each;
+        let bits = levels_of_piece(lanes);
+        let pieces = (n_levels + (1u << bits) - 1u) >> bits;
         let place = atomicAdd(&queued, ONE_PAIR + pieces);
         let batch = row * frame.n_blocks + block;
         queue[place / ONE_PAIR] = local | (batch << 6u) | ((place % ONE_PAIR) << 10u);
     }
 }
 
+/// Of four bytes, those that are not zero, as four bits.
+fn not_zero(bytes: u32) -> u32 {
+    let high = (((bytes & LOW_BITS) + LOW_BITS) | bytes) & HIGH_BITS;
+    return ((high >> 7u) * GATHER) >> 28u;
+}
+
 fn enqueue(edge_idx: u32, local: u32, first_row: u32) {
     let edge = edges[edge_idx];
     let end = min(first_row + frame.rows_each, frame.n_rows);
     for (var word = first_row / 4u; 4u * word < end; word++) {
-        let start = max(first_row, 4u * word);
-        var both = sides(edge_idx, edge, word) >> vec2(8u * (start % 4u));
-        for (var row = start; both.x != both.y && row < end; row++) {
-            if ((both.x ^ both.y) & 255u) != 0u {
-                let rank_a = ranks[edge.x * frame.n_rows + row];
-                let rank_b = ranks[edge.y * frame.n_rows + row];
-                if rank_a != rank_b {
-                    enqueue_row(local, row, both, max(rank_a, rank_b) - min(rank_a, rank_b));
-                }
+        let both = sides(edge_idx, edge, word);
+        let start = max(first_row, 4u * word) % 4u;
+        var odd = not_zero(both.x ^ both.y) & (15u << start) & (15u >> (4u - min(4u, end - 4u * word)));
+        while odd != 0u {
+            let i = firstTrailingBit(odd);
+            odd &= odd - 1u;
+            let row = 4u * word + i;
+            let rank_a = ranks[edge.x * frame.n_rows + row];
+            let rank_b = ranks[edge.y * frame.n_rows + row];
+            if rank_a != rank_b {
+                let n_levels = max(rank_a, rank_b) - min(rank_a, rank_b);
+                enqueue_row(local, row, both >> vec2(8u * i), n_levels);
             }
-            both >>= vec2(8u);
         }
     }
 }
@@ -205,9 +214,9 @@ fn count_piece(edge_idx: u32, batch: u32, piece: u32) {
 
     let rank_a = ranks[edge.x * frame.n_rows + row];
     let rank_b = ranks[edge.y * frame.n_rows + row];
-    let levels_each = levels_of_piece(active_lanes);
-    let low = min(rank_a, rank_b) + piece * levels_each;
-    let n_levels = min(levels_each, max(rank_a, rank_b) - low);
+    let bits = levels_of_piece(active_lanes);
+    let low = min(rank_a, rank_b) + (piece << bits);
+    let n_levels = min(1u << bits, max(rank_a, rank_b) - low);
 
     let up = rank_a < rank_b;
     // Seen along d, a triangle that faces it has its edges that go up at its right, where its

@@ -19,8 +19,8 @@ struct Frame {
     n_ranks: u32,
     /// Half of what a grows by from one texel to the next, in cells along u per cell along w.
     half_slope: f32,
-    /// Steps of a piece of work, about; at least as many as a block has directions.
-    piece: u32,
+    /// A piece of work has 2^this steps at most, and at least as many as a block has directions.
+    piece_bits: u32,
     n_vertices: u32,
     n_triangles: u32,
     /// Edges of two triangles; they come first.

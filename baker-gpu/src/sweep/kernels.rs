@@ -26,24 +26,18 @@ pub(super) struct Kernels {
 impl Kernels {
     pub(super) fn new(device: &Device, wide: bool, directions: bool) -> Self {
         use Binding::{Read, Uniform, Write};
-        let compile = |shader: &Shader, entry: &str, bindings: &[Binding]| {
-            let bindings = [&[Uniform], bindings].concat();
-            Kernel::new(device, shader, entry, &bindings)
+        let compile = |shader: &Shader, bindings: &[Binding]| {
+            Kernel::new(device, shader, &[&[Uniform], bindings].concat())
         };
         let crossings = [Write, Write, Uniform, Read, Read, Read, Read];
         let piercings = [Write, Write, Uniform, Read, Read, Read];
-        let sums = summation(wide);
         Self {
-            silhouettes: compile(&silhouettes(), "silhouettes", &[Read, Write]),
-            levels: compile(
-                &levels(),
-                "levels_of_vertices",
-                &[Uniform, Uniform, Read, Write],
-            ),
-            crossings: compile(&self::crossings(wide), "crossings", &crossings),
-            piercings: compile(&self::piercings(wide), "piercings", &piercings),
-            summation: compile(&sums, sums.entry_points[usize::from(wide)], &[Write, Write]),
-            moments: compile(&moments(directions), "moments", &[Read, Uniform, Write]),
+            silhouettes: compile(&silhouettes(), &[Read, Write]),
+            levels: compile(&levels(), &[Uniform, Uniform, Read, Write]),
+            crossings: compile(&self::crossings(wide), &crossings),
+            piercings: compile(&self::piercings(wide), &piercings),
+            summation: compile(&summation(wide), &[Write, Write]),
+            moments: compile(&moments(directions), &[Read, Uniform, Write]),
         }
     }
 }
@@ -89,7 +83,7 @@ fn silhouettes() -> Shader {
     Shader {
         name: "sweep: silhouettes",
         source: constants.before(&[CHUNK, FRAME, include_str!("silhouettes.wgsl")]),
-        entry_points: vec!["silhouettes"],
+        entry_point: "silhouettes",
     }
 }
 
@@ -97,7 +91,7 @@ fn levels() -> Shader {
     Shader {
         name: "sweep: levels",
         source: constants().before(&[CHUNK, FRAME, include_str!("levels.wgsl")]),
-        entry_points: vec!["levels_of_vertices"],
+        entry_point: "levels_of_vertices",
     }
 }
 
@@ -108,6 +102,10 @@ fn crossings(wide: bool) -> Shader {
         .unsigned("TRIANGLE", !mesh::REVERSED)
         .unsigned("REVERSED", mesh::REVERSED)
         .unsigned("ALL_REVERSED", 0x8080_8080)
+        .unsigned("LOW_BITS", 0x7f7f_7f7f)
+        .unsigned("HIGH_BITS", 0x8080_8080)
+        // Moves bits 0, 8, 16 and 24 to 28, 29, 30 and 31.
+        .unsigned("GATHER", 0x1020_4080)
         // Four roundings of 2⁻²⁴, and as much again.
         .float("PRODUCT_ROUNDING", 1.0 / (1 << 21) as f32);
     let parts = [
@@ -124,7 +122,7 @@ fn crossings(wide: bool) -> Shader {
             "sweep: crossings"
         },
         source: constants.before(&parts),
-        entry_points: vec!["crossings"],
+        entry_point: "crossings",
     }
 }
 
@@ -140,23 +138,28 @@ fn piercings(wide: bool) -> Shader {
             "sweep: piercings"
         },
         source: constants.before(&[CHUNK, FRAME, COUNTERS, include_str!("piercings.wgsl")]),
-        entry_points: vec!["piercings"],
+        entry_point: "piercings",
     }
 }
 
 fn summation(wide: bool) -> Shader {
+    let rows = include_str!("rows.wgsl");
+    if wide {
+        let parts = [CHUNK, FRAME, rows, include_str!("wide_summation.wgsl")];
+        return Shader {
+            name: "sweep: wide summation",
+            source: with_counters(wide).before(&parts),
+            entry_point: "wide_summation",
+        };
+    }
     let constants = with_counters(wide)
         .unsigned("EVEN_BYTES", 0x00ff_00ff)
         .unsigned("EVEN_BYTE_BIAS", 0x0080_0080)
         .unsigned("HALF_BIAS", 0x8000_8000);
     Shader {
-        name: if wide {
-            "sweep: wide summation"
-        } else {
-            "sweep: summation"
-        },
-        source: constants.before(&[CHUNK, FRAME, include_str!("summation.wgsl")]),
-        entry_points: vec!["summation", "summation_of_wide"],
+        name: "sweep: summation",
+        source: constants.before(&[CHUNK, FRAME, rows, include_str!("summation.wgsl")]),
+        entry_point: "summation",
     }
 }
 
@@ -170,6 +173,6 @@ fn moments(directions: bool) -> Shader {
             false => "sweep: moments without directions",
         },
         source: constants.before(&[CHUNK, FRAME, include_str!("moments.wgsl")]),
-        entry_points: vec!["moments"],
+        entry_point: "moments",
     }
 }

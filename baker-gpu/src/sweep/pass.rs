@@ -69,7 +69,7 @@ impl<'a> Bound<'a> {
         let edge_levels = (edge[v] + view.shear[1] * edge[w]) * f64::from(view.cells[2]);
         let [mesh_low, mesh_high] = view.bounds_of(bake.mesh.buffers.bounds);
         let data = Frame {
-            piece: steps_of_piece(found.n_ranks),
+            piece_bits: steps_of_piece(found.n_ranks).ilog2(),
             mesh_low,
             mesh_high,
             n_vertices: mesh.vertices().len() as u32,
@@ -238,7 +238,7 @@ fn rows_each(n_edges: u32, pass: &Pass) -> u32 {
 /// most as many steps as it has directions times levels, has below 2¹¹ pieces, and all of a
 /// workgroup's pairs below 2²¹.
 pub(super) fn steps_of_piece(n_ranks: u32) -> u32 {
-    STEPS_OF_PIECE.max(n_ranks / 64)
+    STEPS_OF_PIECE.max(n_ranks / 64).next_power_of_two()
 }
 
 /// In how many parts the levels of each edge are shared out: so that there are enough
