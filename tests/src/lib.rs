@@ -4,16 +4,12 @@
 mod analytic;
 mod data;
 mod gpu;
-mod graze;
 mod lookup;
-mod parity;
 
 pub use analytic::{convex_fraction, form_factor, mesh_of, sphere_fraction};
 pub use data::{files_with_ending, shared, skip};
 pub use gpu::gpu;
-pub use graze::graze;
 pub use lookup::{Shaded, cells_around};
-pub use parity::{Parity, compare, compare_gpu, prepared};
 
 use aogrid_bake_core::{BakeOptions, Placement, RawGrid, TriangleMesh, UNOBSERVED, post};
 use aogrid_grid_format::{BoundaryMode, Encoding, Grid, Source, TexelFormat};

@@ -11,6 +11,7 @@ mod console;
 mod interrupt;
 mod npy;
 mod output;
+pub mod parity;
 pub mod scene;
 
 use std::process::ExitCode;
@@ -18,7 +19,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use commands::{
     adapters, bake, bench, ci, diff, export, info, render, sample, shader_cost, slices, tables,
-    verify,
+    verify, verify_bake,
 };
 use console::Console;
 
@@ -44,6 +45,7 @@ enum Command {
     Bake(Box<bake::Args>),
     Info(info::Args),
     Verify(verify::Args),
+    VerifyBake(verify_bake::Args),
     Diff(diff::Args),
     Slices(slices::Args),
     Sample(sample::Args),
@@ -66,6 +68,7 @@ pub fn run() -> ExitCode {
         Command::Bake(args) => bake::run(&args, &console),
         Command::Info(args) => info::run(&args, &console),
         Command::Verify(args) => verify::run(&args, &console),
+        Command::VerifyBake(args) => verify_bake::run(&args, &console),
         Command::Diff(args) => diff::run(&args, &console),
         Command::Slices(args) => slices::run(&args, &console),
         Command::Sample(args) => sample::run(&args, &console),

@@ -9,12 +9,17 @@ use aogrid_baker_cpu::Occluder;
 use aogrid_baker_gpu::wgpu::Limits;
 use aogrid_baker_gpu::{BakeError, Baker, Caster, Choice, Context, ContextError, Sweeper};
 use aogrid_grid_format::{Encoding, GridSpec, Method};
-use aogrid_tests::{
-    Parity, compare, compare_gpu, exact_options, files_with_ending, gpu, mesh_of, prepared, shared,
-};
+use aogrid_tests::{exact_options, files_with_ending, gpu, mesh_of, shared};
+use xtask::parity::Parity;
 
 use crate::analytic;
-use crate::parity::{Corners, FEW, assert_alike, soup, stack_of_sheets};
+use crate::parity::{Corners, FEW, assert_alike, compare, prepared, soup, stack_of_sheets};
+
+fn compare_gpu(sweeper: &mut Sweeper, mesh: PreparedMesh, size: u32) -> Parity {
+    let uploaded = sweeper.upload(mesh).unwrap();
+    let bake = sweeper.bake_with_bits(&uploaded, size, UNOBSERVED);
+    Parity::new(uploaded.mesh(), size, bake.unwrap())
+}
 
 /// The GPU's sweep against the CPU's rays, and its moments against the CPU's own sweep: where
 /// both see the same texels, bit for bit.
@@ -69,6 +74,34 @@ fn soups_and_hundreds_of_layers_are_alike() {
     ] {
         let mesh = prepared(&mesh_of(&triangles), [8, 12, 8]);
         assert_alike(&compare_gpu(&mut sweeper, mesh, 8), FEW, what);
+    }
+}
+
+/// What the mesh's bounds leave of a row is not all of it, and not nothing: boxes within the mesh,
+/// around it, beside it, and of cells that are no cubes.
+#[test]
+fn grids_that_are_not_around_the_mesh_are_alike() {
+    let Some(context) = gpu() else { return };
+    let mut sweeper = Sweeper::new(context);
+    let mesh = Sample::Robot.mesh(None).unwrap();
+    let [low, high] = [mesh.bounds().min, mesh.bounds().max];
+    let middle: [f32; 3] = std::array::from_fn(|x| (low[x] + high[x]) / 2.0);
+    let half: [f32; 3] = std::array::from_fn(|x| (high[x] - low[x]) / 2.0);
+    for (what, [along, across], scale) in [
+        ("within", [0.0, 0.0], [0.4, 0.5, 0.6]),
+        ("beside", [1.5, 0.0], [0.7, 0.7, 0.7]),
+        ("cutting", [0.9, -0.8], [0.5, 2.0, 0.9]),
+        ("far", [-6.0, 1.0], [2.0, 1.0, 1.5]),
+    ] {
+        let center = [
+            middle[0] + along * half[0],
+            middle[1] + across * half[1],
+            middle[2],
+        ];
+        let extents = std::array::from_fn(|x| half[x] * scale[x]);
+        let spec = GridSpec::new([12, 9, 14], center, extents).unwrap();
+        let prepared = PreparedMesh::new(&mesh, spec, BakeOptions::SAMPLE_OFFSET).unwrap();
+        assert_alike(&compare_gpu(&mut sweeper, prepared, 16), FEW, what);
     }
 }
 

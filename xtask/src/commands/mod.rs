@@ -13,3 +13,4 @@ pub(crate) mod shader_cost;
 pub(crate) mod slices;
 pub(crate) mod tables;
 pub(crate) mod verify;
+pub(crate) mod verify_bake;

@@ -242,7 +242,7 @@ impl Args {
     }
 }
 
-fn resolution(text: &str) -> Result<[u32; 3], String> {
+pub(crate) fn resolution(text: &str) -> Result<[u32; 3], String> {
     let numbers: Vec<u32> = text
         .split(['x', 'X', '×'])
         .map(|n| {
@@ -307,7 +307,7 @@ fn in_range(text: &str, range: std::ops::RangeInclusive<u32>) -> Result<u32, Str
     }
 }
 
-fn face_size(text: &str) -> Result<u32, String> {
+pub(crate) fn face_size(text: &str) -> Result<u32, String> {
     in_range(text, FACE_SIZES)
 }
 

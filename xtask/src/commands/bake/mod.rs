@@ -12,7 +12,7 @@ use aogrid_bake_core::mesh::{self, LoadedMesh, MeshReport};
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, post};
 use aogrid_grid_format::{BoundaryMode, GridSpec, Interior, Source};
 
-pub(crate) use args::{Args, SamplingArgs};
+pub(crate) use args::{Args, SamplingArgs, face_size, resolution};
 use jobs::{Job, Jobs};
 use report::{Baked, KernelReport, Outcome, Outputs, Times};
 

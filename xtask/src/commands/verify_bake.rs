@@ -1,0 +1,125 @@
+//! `verify-bake`: the sweep's faces against rays, texel by texel.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, bail};
+use aogrid_bake_core::{BakeOptions, FaceBits, Placement, PreparedMesh, RawGrid, mesh};
+use aogrid_baker_cpu as cpu;
+use aogrid_baker_gpu::{self as gpu, Choice, Context};
+
+use super::bake::{face_size, resolution, use_threads};
+use crate::console::Console;
+use crate::interrupt;
+use crate::parity::{PROMISED, Parity};
+
+/// Compare the sweep's faces, texel by texel, with rays at the same snapped mesh on the CPU
+///
+/// They may differ in 8 of 50 million texels, where a ray passes an edge within the distance
+/// that single floats resolve; each that differs is shown to. Moments must be the sums over the
+/// texels to the bit.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// Wavefront OBJ files
+    #[arg(required = true, value_name = "MODEL")]
+    models: Vec<PathBuf>,
+    /// Cells along the axes, 8 to 2048 each: one number, or three as in 32x24x32
+    #[arg(long, default_value = "32", value_parser = resolution, allow_hyphen_values = true)]
+    resolution: [u32; 3],
+    /// Texels along a cube face's side, 8 to 128
+    #[arg(long, default_value_t = 16, value_parser = face_size)]
+    face_size: u32,
+    /// The GPU whose sweep is compared, by a part of its name [default: the CPU's sweep]
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+    /// Threads to bake with [default: as many as there are processors]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+}
+
+/// What is compared with rays.
+enum Sweep {
+    Cpu(cpu::Sweeper),
+    Gpu(Box<gpu::Sweeper>),
+}
+
+pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
+    use_threads(args.threads)?;
+    interrupt::listen();
+    let mut sweep = match &args.adapter {
+        None => Sweep::Cpu(cpu::Sweeper::new()),
+        Some(name) => {
+            let context = Context::new(&Choice::Named(name.clone()))?;
+            console.note(&format!("on {}", context.adapter().name));
+            Sweep::Gpu(Box::new(gpu::Sweeper::new(&context)))
+        }
+    };
+    let (mut texels, mut differing) = (0, 0);
+    for path in &args.models {
+        let found = compare(path, args, &mut sweep, console);
+        let parity = found.with_context(|| path.display().to_string())?;
+        console.result(&line(path, &parity));
+        if let Some(fault) = parity.fault() {
+            bail!("{}: {fault}", path.display());
+        }
+        texels += parity.texels;
+        differing += parity.differences.len();
+    }
+    let allowed = ((PROMISED * texels as f64) as usize).max(1);
+    console.result(&format!(
+        "{differing} of {texels} texels differ; {allowed} may"
+    ));
+    if differing > allowed {
+        bail!("more texels differ than may");
+    }
+    Ok(())
+}
+
+fn compare(
+    path: &Path,
+    args: &Args,
+    sweep: &mut Sweep,
+    console: &Console,
+) -> anyhow::Result<Parity> {
+    let mesh = mesh::load(path)?.mesh;
+    let placement = Placement {
+        resolution: args.resolution,
+        ..Placement::default()
+    };
+    let spec = placement.place(&mesh.bounds())?;
+    let prepared = PreparedMesh::new(&mesh, spec, BakeOptions::SAMPLE_OFFSET)?;
+    let bar = console.progress(&path.display().to_string());
+    let observer = |progress| bar.observe(progress);
+    let size = args.face_size;
+    let baked: (RawGrid, FaceBits);
+    let parity = match sweep {
+        Sweep::Cpu(sweeper) => {
+            baked = sweeper.bake_with_bits(&prepared, size, &observer)?;
+            Parity::new(&prepared, size, baked)
+        }
+        Sweep::Gpu(sweeper) => {
+            let uploaded = sweeper.upload(prepared)?;
+            baked = sweeper.bake_with_bits(&uploaded, size, &observer)?;
+            Parity::new(uploaded.mesh(), size, baked)
+        }
+    };
+    Ok(parity)
+}
+
+fn line(path: &Path, parity: &Parity) -> String {
+    let farthest = parity.grazes.iter().copied().fold(0.0, f64::max);
+    let how_far = match parity.differences.len() {
+        0 => String::new(),
+        _ => format!(
+            ", each within {farthest:.1e} cells of an edge ({:.1e} may be), {} in a row",
+            parity.float_distance,
+            parity.longest_run()
+        ),
+    };
+    format!(
+        "{}: {} of {} texels differ{how_far}; {} are occluded",
+        path.display(),
+        parity.differences.len(),
+        parity.texels,
+        parity.occluded
+    )
+}
