@@ -68,7 +68,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         console.result(&row.line());
     }
     let kernels = kernels::tiled().into_iter().chain(kernels::lights());
-    for kernel in kernels.chain(shaders) {
+    for kernel in kernels.chain(bake_kernels()).chain(shaders) {
         let row = Row {
             cost: cost(&compiler, &kernel)?,
             name: kernel.name,
@@ -77,6 +77,20 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         console.result(&row.line());
     }
     Ok(())
+}
+
+/// What bakes on a GPU; the naive kernel, which says what the others compute, comes last.
+fn bake_kernels() -> Vec<Kernel> {
+    let kernel = |shader: aogrid_baker_gpu::Shader| Kernel {
+        name: shader.name.to_owned(),
+        wgsl: shader.source,
+        entry_point: shader.entry_point.to_owned(),
+        constants: Default::default(),
+    };
+    aogrid_baker_gpu::shaders()
+        .into_iter()
+        .map(kernel)
+        .collect()
 }
 
 /// Drivers read the environment when they are loaded: another process gets one of its own.
@@ -109,6 +123,10 @@ struct Cost {
     instructions: u64,
     vgprs: u64,
     scratch: u64,
+    /// Bytes of workgroup memory.
+    lds: u64,
+    /// Subgroups that a SIMD can hold.
+    waves: u64,
     latency: u64,
     inverse_throughput: u64,
     fetches: usize,
@@ -135,8 +153,8 @@ struct Row {
 impl Row {
     fn header() -> String {
         format!(
-            "{:<32} {:>12} {:>6} {:>8} {:>8} {:>8} {:>8}   one more occluder",
-            "", "instructions", "VGPRs", "scratch", "fetches", "latency", "inverse"
+            "{:<38} {:>12} {:>6} {:>8} {:>6} {:>6} {:>8} {:>8} {:>8}   one more occluder",
+            "", "instructions", "VGPRs", "scratch", "LDS", "waves", "fetches", "latency", "inverse"
         )
     }
 
@@ -145,6 +163,8 @@ impl Row {
             instructions,
             vgprs,
             scratch,
+            lds,
+            waves,
             latency,
             inverse_throughput,
             fetches,
@@ -153,7 +173,7 @@ impl Row {
             format!("   {instructions:.1} instructions, {inverse:.1} inverse throughput")
         });
         format!(
-            "{:<32} {instructions:>12} {vgprs:>6} {scratch:>8} {fetches:>8} {latency:>8} \
+            "{:<38} {instructions:>12} {vgprs:>6} {scratch:>8} {lds:>6} {waves:>6} {fetches:>8} {latency:>8} \
              {inverse_throughput:>8}{slope}",
             self.name
         )
@@ -190,6 +210,8 @@ fn read(compiled: &Compiled) -> anyhow::Result<Cost> {
         instructions: find("Instructions")?,
         vgprs: find("VGPRs")?,
         scratch: find("Scratch size")?,
+        lds: find("LDS size")?,
+        waves: find("Subgroups per SIMD")?,
         latency: find("Latency")?,
         inverse_throughput: find("Inverse Throughput")?,
         fetches: fetches(&compiled.text),
