@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use aogrid_bake_core::{BakeOptions, Kernel, Placement, mesh, post};
 use aogrid_baker_cpu::Sweeper;
 use aogrid_baker_gpu::{self as gpu, Choice};
@@ -29,12 +29,35 @@ pub(crate) struct Args {
     /// Measure the CPU's sweep with each set of instructions that this machine has and it knows
     #[arg(long)]
     instructions: bool,
+    /// Measure only these rows, as in cpu:rays,gpu:sweep [default: every kernel on every backend]
+    #[arg(long, value_delimiter = ',', value_parser = row_name, value_name = "BACKEND:KERNEL", conflicts_with = "kernel")]
+    only: Vec<(On, Kernel)>,
     /// How often to measure
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeat: u32,
     /// Report as one JSON object on stdout
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum On {
+    Cpu,
+    Gpu,
+}
+
+fn row_name(text: &str) -> Result<(On, Kernel), String> {
+    let wrong = || format!("`{text}` is not one of cpu:sweep, cpu:rays, gpu:sweep, gpu:rays");
+    let (backend, kernel) = text.split_once(':').ok_or_else(wrong)?;
+    let on = match backend {
+        "cpu" => On::Cpu,
+        "gpu" => On::Gpu,
+        _ => return Err(wrong()),
+    };
+    let kernel = [Kernel::Sweep, Kernel::Rays]
+        .into_iter()
+        .find(|k| k.name() == kernel);
+    Ok((on, kernel.ok_or_else(wrong)?))
 }
 
 #[derive(Serialize)]
@@ -160,19 +183,27 @@ fn backends(args: &Args) -> anyhow::Result<Vec<(Backend, Option<&'static str>)>>
         Some(one) => vec![one],
         None => vec![Kernel::Sweep, Kernel::Rays],
     };
-    let each = |asked: Asked| {
+    let each = |on: On, asked: Asked| {
+        let is_wanted = |k: &&Kernel| args.only.is_empty() || args.only.contains(&(on, **k));
         let backend = move |&kernel| (Backend::new(asked.clone(), Some(kernel)), None);
-        kernels.iter().map(backend).collect::<Vec<_>>()
+        kernels
+            .iter()
+            .filter(is_wanted)
+            .map(backend)
+            .collect::<Vec<_>>()
     };
     let mut all = Vec::new();
     if with_cpu && args.instructions && kernels.contains(&Kernel::Sweep) {
         let sets = Sweeper::instruction_sets().into_iter();
         all.extend(sets.map(|set| (Backend::sweep_with(set), Some(set))));
     } else if with_cpu {
-        all.extend(each(Asked::Cpu));
+        all.extend(each(On::Cpu, Asked::Cpu));
     }
     if let Some(choice) = choice {
-        all.extend(each(Asked::Gpu(choice)));
+        all.extend(each(On::Gpu, Asked::Gpu(choice)));
+    }
+    if all.is_empty() {
+        bail!("there is nothing to measure: name an adapter, or another row");
     }
     Ok(all)
 }

@@ -53,6 +53,18 @@ fn bench_has_rows_for_both() {
         .collect();
     assert_eq!(backends, ["cpu", "gpu"]);
     assert!(rows[1]["adapter"].as_str().unwrap().contains(&adapter));
+    let line = format!(
+        "bench {{}} --resolution 8 --face-size 8 --repeat 1 --only cpu:rays,gpu:sweep --adapter {adapter}"
+    );
+    let table = ok(&line, &[&model]);
+    let rows: Vec<_> = table.lines().skip(1).collect();
+    assert_eq!(rows.len(), 2, "{table}");
+    assert!(
+        rows[0].contains("rays    cpu") && rows[1].contains("sweep   "),
+        "{table}"
+    );
+    let wrong = run("bench {} --only cpu:magic", &[&model]);
+    assert_eq!(wrong.status.code(), Some(2));
 }
 
 #[test]
@@ -198,4 +210,60 @@ fn a_gpu_renders_pictures_by_grids_and_nothing_else() {
         error.contains("at most 4") && error.contains("`box`"),
         "{error}"
     );
+}
+
+#[test]
+fn no_kernel_of_a_bake_spills_to_memory() {
+    let output = run("shader-cost", &[]);
+    if !output.status.success() {
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        let demanded = std::env::var("AOGRID_GPU").is_ok_and(|v| v == "require");
+        assert!(!demanded, "AOGRID_GPU=require, but: {error}");
+        return aogrid_tests::skip(&error);
+    }
+    let table = String::from_utf8(output.stdout).unwrap();
+    let mut seen = 0;
+    for shader in aogrid_baker_gpu::shaders() {
+        let row = table.lines().find(|line| {
+            let rest = line.strip_prefix(shader.name);
+            rest.is_some_and(|rest| rest.trim_start().starts_with(|c: char| c.is_ascii_digit()))
+        });
+        let row = row.unwrap_or_else(|| panic!("no {} in {table}", shader.name));
+        let numbers: Vec<u64> = row[shader.name.len()..]
+            .split_whitespace()
+            .map(|word| word.parse().unwrap())
+            .collect();
+        let [_, vgprs, scratch, ..] = numbers[..] else {
+            panic!("{row}");
+        };
+        assert_eq!(scratch, 0, "{row}");
+        // Half of the waves that a SIMD can hold, of 1024 registers.
+        assert!(vgprs <= 128, "{row}");
+        seen += 1;
+    }
+    assert!(seen >= 16, "{seen}");
+}
+
+#[test]
+fn the_sweep_of_a_gpu_is_compared_with_rays() {
+    let Some(adapter) = adapter() else { return };
+    let (_folder, model) = with_sample("table");
+    let line = format!("verify-bake {{}} --resolution 9 --face-size 8 --adapter {adapter}");
+    for line in [&line[..], "verify-bake {} --resolution 9 --face-size 8"] {
+        let found = ok(line, &[&model]);
+        assert!(found.contains("of 279936 texels differ; 1 may"), "{found}");
+    }
+    let missing = run("verify-bake {} --adapter Voodoo", &[&model]);
+    assert_eq!(missing.status.code(), Some(1));
+}
+
+/// Where there is no display, nobody needs to hear of it.
+#[test]
+fn looking_for_adapters_says_nothing_else() {
+    let output = crate::xtask(["adapters"])
+        .env_remove("XDG_RUNTIME_DIR")
+        .output()
+        .unwrap();
+    assert!(output.status.success());
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
 }
