@@ -2,49 +2,19 @@
 //! where one is missing, unless `AOGRID_NODE=require`.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
 use aogrid_bake_core::samples::Sample;
 use aogrid_bake_core::{BakeOptions, Placement};
 use aogrid_grid_format::{Encoding, Method, TexelFormat};
-use aogrid_tests::{grid, skip};
+use aogrid_tests::grid;
 
-const PACKAGE: [&str; 2] = ["package.json", "check.mjs"];
-
-/// A folder with the packages installed, or why there is none.
-fn installed() -> Result<PathBuf, String> {
-    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("node");
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("node");
-    fs::create_dir_all(&folder).unwrap();
-    for file in PACKAGE {
-        fs::copy(from.join(file), folder.join(file)).unwrap();
-    }
-    let args = [
-        "install",
-        "--no-package-lock",
-        "--no-audit",
-        "--no-fund",
-        "--silent",
-    ];
-    let install = Command::new("npm").args(args).current_dir(&folder).output();
-    match install {
-        Ok(output) if output.status.success() => Ok(folder),
-        Ok(output) => Err(format!(
-            "npm install failed: {}",
-            String::from_utf8_lossy(&output.stderr)
-        )),
-        Err(error) => Err(format!("npm cannot be started: {error}")),
-    }
-}
+use crate::node::node;
 
 #[test]
 fn ktx_parse_and_three_js_read_every_kind_of_file() {
-    let node = match installed() {
-        Ok(folder) => folder,
-        Err(why) if std::env::var("AOGRID_NODE").as_deref() == Ok("require") => panic!("{why}"),
-        Err(why) => return skip(&why),
-    };
+    let Some(node) = node() else { return };
     let mesh = Sample::Table.mesh(None).unwrap();
     let kinds: Vec<_> = Encoding::ALL
         .into_iter()
@@ -73,7 +43,7 @@ fn ktx_parse_and_three_js_read_every_kind_of_file() {
     let checked = Command::new("node")
         .arg("check.mjs")
         .args(&paths)
-        .current_dir(&node)
+        .current_dir(node)
         .output()
         .unwrap();
     let stdout = String::from_utf8(checked.stdout).unwrap();

@@ -22,6 +22,8 @@ mod layering;
 mod merge;
 /// Real meshes made by others.
 mod meshes;
+/// Node.js with other programs' packages.
+mod node;
 /// The direction sweep against rays.
 mod parity;
 /// Values per receiver from an independent program.
@@ -30,5 +32,7 @@ mod reference;
 mod scenes;
 /// A symmetric mesh gives symmetric counts, exactly.
 mod symmetry;
+/// Every shader through Tint.
+mod tint;
 /// Ray-traced truth against closed forms.
 mod truth;

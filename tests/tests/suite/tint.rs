@@ -1,0 +1,71 @@
+//! Every shader through a second front end: Tint, which Chromium and Dawn compile WGSL with, by
+//! way of npm's `webgpu` and its null backend. It refuses what browsers refuse.
+
+use std::io::Write;
+use std::process::{Command, Stdio};
+
+use aogrid_runtime::wgsl;
+use serde_json::{Value, json};
+
+use crate::node::node;
+
+/// What Tint and Dawn say of each shader: nothing, or what is wrong. With an entry point, a
+/// compute pipeline is made, too, within WebGPU's default limits.
+fn messages(shaders: &[Value]) -> Option<Vec<(String, String)>> {
+    let mut tint = Command::new("node")
+        .arg("tint.mjs")
+        .current_dir(node()?)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let input = serde_json::to_vec(shaders).unwrap();
+    tint.stdin.take().unwrap().write_all(&input).unwrap();
+    let output = tint.wait_with_output().unwrap();
+    assert!(output.status.success());
+    Some(serde_json::from_slice(&output.stdout).unwrap())
+}
+
+#[test]
+fn every_shader_passes() {
+    let mut shaders: Vec<Value> = aogrid_baker_gpu::shaders()
+        .iter()
+        .map(|s| json!({ "name": s.name, "code": s.source, "entryPoint": s.entry_point }))
+        .collect();
+    let of_runtime = [
+        ("shading", wgsl::SHADING.to_owned()),
+        ("occlusion pass", wgsl::OCCLUSION_PASS.to_owned()),
+        ("merge pass", wgsl::MERGE_PASS.to_owned()),
+        ("tiled pass", wgsl::tiled_pass("r32float")),
+        ("tile lists", wgsl::SHADING.to_owned() + &wgsl::tile_lists(0)),
+    ];
+    shaders.extend(of_runtime.map(|(name, code)| json!({ "name": name, "code": code })));
+    let Some(messages) = messages(&shaders) else {
+        return;
+    };
+    assert_eq!(messages.len(), shaders.len());
+    let wrong: Vec<_> = messages.iter().filter(|(_, m)| !m.is_empty()).collect();
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// What naga lets pass and browsers do not.
+#[test]
+fn what_browsers_refuse_is_refused() {
+    let barrier = "@compute @workgroup_size(64)
+        fn f(@builtin(local_invocation_index) i: u32) { if i > 3u { workgroupBarrier(); } }";
+    let memory = "var<workgroup> much: array<u32, 8192>;
+        @compute @workgroup_size(1) fn f() { much[0] = 1u; }";
+    let precedence = "@compute @workgroup_size(1) fn f() { let x = 1u & 2u | 4u; }";
+    let nonsense = "fn f( {";
+    let shaders: Vec<Value> = [barrier, memory, precedence, nonsense]
+        .iter()
+        .map(|code| json!({ "name": code, "code": code, "entryPoint": "f" }))
+        .collect();
+    let Some(messages) = messages(&shaders) else {
+        return;
+    };
+    assert_eq!(messages.len(), shaders.len());
+    for (name, message) in messages {
+        assert_ne!(message, "", "{name}");
+    }
+}
