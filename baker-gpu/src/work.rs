@@ -17,8 +17,10 @@ const MOST_DISPATCHES: usize = 256;
 /// WebGPU's limit on workgroups along an axis of a dispatch.
 const MOST_WORKGROUPS: u32 = 65_535;
 
-/// A submission of [`Pace`]'s length that takes this long never ends.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// A submission of [`Pace`]'s length that so many waits see no end of never ends. Not one long
+/// wait: time also passes while this process is stopped, and then the first is over at once.
+const WAITS: u32 = 12;
+const WAIT: Duration = Duration::from_secs(5);
 
 /// What a device is asked to do in one bake.
 pub(crate) struct Work<'a> {
@@ -257,13 +259,18 @@ fn one_line(text: &str) -> String {
 }
 
 fn wait(context: &Context, submission: wgpu::SubmissionIndex) -> Result<(), BakeError> {
-    poll(
-        context,
-        wgpu::PollType::Wait {
-            submission_index: Some(submission),
-            timeout: Some(PATIENCE),
-        },
-    )
+    let mut result = Ok(());
+    for _ in 0..WAITS {
+        let how = wgpu::PollType::Wait {
+            submission_index: Some(submission.clone()),
+            timeout: Some(WAIT),
+        };
+        result = poll(context, how);
+        if !matches!(result, Err(BakeError::Hung(_))) {
+            break;
+        }
+    }
+    result
 }
 
 fn poll(context: &Context, how: wgpu::PollType) -> Result<(), BakeError> {
@@ -271,7 +278,9 @@ fn poll(context: &Context, how: wgpu::PollType) -> Result<(), BakeError> {
     let polled = catch_unwind(AssertUnwindSafe(|| context.device.poll(how)));
     match polled {
         Ok(Ok(_)) => Ok(()),
-        Ok(Err(wgpu::PollError::Timeout)) => Err(BakeError::Hung(PATIENCE.as_secs())),
+        Ok(Err(wgpu::PollError::Timeout)) => {
+            Err(BakeError::Hung(u64::from(WAITS) * WAIT.as_secs()))
+        }
         Ok(Err(_)) | Err(_) => Err(lost(context)),
     }
 }

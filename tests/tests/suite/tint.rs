@@ -37,7 +37,10 @@ fn every_shader_passes() {
         ("occlusion pass", wgsl::OCCLUSION_PASS.to_owned()),
         ("merge pass", wgsl::MERGE_PASS.to_owned()),
         ("tiled pass", wgsl::tiled_pass("r32float")),
-        ("tile lists", wgsl::SHADING.to_owned() + &wgsl::tile_lists(0)),
+        (
+            "tile lists",
+            wgsl::SHADING.to_owned() + &wgsl::tile_lists(0),
+        ),
     ];
     shaders.extend(of_runtime.map(|(name, code)| json!({ "name": name, "code": code })));
     let Some(messages) = messages(&shaders) else {
