@@ -37,6 +37,7 @@ fn every_shader_passes() {
         ("occlusion pass", wgsl::OCCLUSION_PASS.to_owned()),
         ("merge pass", wgsl::MERGE_PASS.to_owned()),
         ("tiled pass", wgsl::tiled_pass("r32float")),
+        ("environment pass", wgsl::ENVIRONMENT_PASS.to_owned()),
         (
             "tile lists",
             wgsl::SHADING.to_owned() + &wgsl::tile_lists(0),
