@@ -411,7 +411,7 @@ fn crowd(count: usize) -> Vec<(usize, Instance)> {
     let place = |i: usize| {
         // Numbers without a common measure spread evenly.
         let [x, z, turn] =
-            [0.754_877_67, 0.569_840_3, 0.618_034].map(|step| (i as f32 * step).fract());
+            [0.754_877_7, 0.569_840_3, 0.618_034].map(|step| (i as f32 * step).fract());
         let at = Vec3::new(
             (2.0 * x - 1.0) * 0.9 * FLOOR,
             0.0,
