@@ -76,10 +76,9 @@ mod tests {
             for (i, &size) in sizes.iter().enumerate() {
                 let end = |x| packed.origins[i][x] + size[x];
                 assert!((0..3).all(|x| end(x) <= packed.size[x]));
-                for j in 0..i {
-                    let other = (packed.origins[j], sizes[j]);
-                    assert!(!overlap((packed.origins[i], size), other), "{i} {j}");
-                }
+                let mut earlier = packed.origins.iter().zip(&sizes).take(i);
+                let own = (packed.origins[i], size);
+                assert!(earlier.all(|(&origin, &size)| !overlap(own, (origin, size))));
             }
             let volume = |size: [u32; 3]| size.map(u64::from).iter().product::<u64>();
             let used: u64 = sizes.iter().map(|&size| volume(size)).sum();

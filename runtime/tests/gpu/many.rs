@@ -227,6 +227,15 @@ pub fn vectors(bytes: &[u8]) -> Vec<[f32; 4]> {
     bytemuck::pod_collect_to_vec(bytes)
 }
 
+/// The same from halves.
+pub fn halves(bytes: &[u8]) -> Vec<[f32; 4]> {
+    let half = |bytes: &[u8]| half::f16::from_le_bytes([bytes[0], bytes[1]]).to_f32();
+    let texels = bytes.chunks_exact(8);
+    texels
+        .map(|texel| std::array::from_fn(|c| half(&texel[2 * c..])))
+        .collect()
+}
+
 /// The largest difference of any component; and that there is a picture at all.
 pub fn worst(found: &[[f32; 4]], expected: &[[f32; 4]]) -> f32 {
     assert_eq!(found.len(), expected.len());

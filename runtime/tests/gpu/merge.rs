@@ -6,7 +6,7 @@ use aogrid_runtime::{
 
 use crate::gpu::{Gpu, gpu, gpu_with};
 use crate::grids::ball;
-use crate::many::{Many, merge_descriptor, tiled_descriptor, vectors, worst};
+use crate::many::{Many, halves, merge_descriptor, tiled_descriptor, vectors, worst};
 use crate::scene::{SIZE, orthographic, perspective, reversed};
 
 /// What one merge may differ by on floats: an angle from its cosine next to 0, √(2ε) for a handful
@@ -152,17 +152,12 @@ fn a_depth_test_leaves_the_image_as_it_is_and_depths_serve_as_positions() {
 fn halves_hold_what_is_merged() {
     let Some(gpu) = gpu() else { return };
     let many = Many::new(SIZE, perspective());
-    let halves = MergePassDescriptor {
+    let in_halves = MergePassDescriptor {
         format: wgpu::TextureFormat::Rgba16Float,
         ..merge_descriptor()
     };
-    let halves: Vec<u16> = bytemuck::pod_collect_to_vec(&many.merge(&gpu, &halves));
-    let halves: Vec<_> = halves
-        .iter()
-        .map(|h| half::f16::from_bits(*h).to_f32())
-        .collect();
-    let (found, _) = halves.as_chunks();
-    assert!(worst(found, &many.twin(Combine::Merge)) <= 3.0 * (HALF + PER_MERGE));
+    let found = halves(&many.merge(&gpu, &in_halves));
+    assert!(worst(&found, &many.twin(Combine::Merge)) <= 3.0 * (HALF + PER_MERGE));
 }
 
 #[test]

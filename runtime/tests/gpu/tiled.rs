@@ -8,7 +8,7 @@ use glam::{EulerRot, Mat4, Quat, Vec3};
 
 use crate::gpu::{Gpu, gpu};
 use crate::grids::{ball, ball_in, other_spec, spec};
-use crate::many::{Many, tiled_descriptor, vectors, worst};
+use crate::many::{Many, halves, tiled_descriptor, vectors, worst};
 use crate::merge::PER_MERGE;
 use crate::raster;
 use crate::scene::{SIZE, orthographic, perspective, reversed};
@@ -83,21 +83,17 @@ fn every_target_holds_what_it_can() {
         target: F::Rgba16Float,
         ..tiled_descriptor()
     };
-    let halves: Vec<u16> = bytemuck::pod_collect_to_vec(&many.tiled(&gpu, &whole));
-    let halves = halves.iter().map(|h| half::f16::from_bits(*h).to_f32());
-    let halves: Vec<f32> = halves.collect();
-    let (halves, _) = halves.as_chunks();
+    let found = halves(&many.tiled(&gpu, &whole));
     // Written once: one rounding to a half, of axes up to 2.
-    assert!(worst(halves, &expected) <= 1.0 / 1024.0 + 3.0 * PER_MERGE);
+    assert!(worst(&found, &expected) <= 1.0 / 1024.0 + 3.0 * PER_MERGE);
     let alone = |target| TiledPassDescriptor {
         target,
         output: Output::Transmittance,
         ..tiled_descriptor()
     };
     let bytes = many.tiled(&gpu, &alone(F::Rgba8Unorm));
-    let (bytes, _) = bytes.as_chunks::<4>();
     let floats: Vec<f32> = bytemuck::pod_collect_to_vec(&many.tiled(&gpu, &alone(F::R32Float)));
-    for ((byte, float), expected) in bytes.iter().zip(floats).zip(expected) {
+    for ((byte, float), expected) in bytes.chunks_exact(4).zip(floats).zip(expected) {
         assert!((float - expected[3]).abs() <= 3.0 * PER_MERGE);
         // Half a step, and a rounding.
         let difference = (f32::from(byte[0]) / 255.0 - float).abs();
@@ -286,7 +282,8 @@ fn forward(gpu: &Gpu, pass: &TiledPass, list: u32, points: &[Point]) -> Vec<[[f3
     drop(compute);
     queue.submit([encoder.finish()]);
     let outputs: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&gpu.read_buffer(&output));
-    outputs.as_chunks().0.to_vec()
+    let pairs = outputs.chunks_exact(2);
+    pairs.map(|both| [both[0], both[1]]).collect()
 }
 
 #[test]
