@@ -77,6 +77,24 @@ fn soups_and_hundreds_of_layers_are_alike() {
     }
 }
 
+/// Small triangles, hundreds on each other, that lie between the lines of all rows: their layers
+/// are counted where they are crossed, and nowhere else.
+#[test]
+fn layers_that_no_row_pierces_are_counted() {
+    let Some(context) = gpu() else { return };
+    let mut triangles: Vec<Corners> = Vec::new();
+    for (at, n) in [([0.0, 0.0, 0.0], 400_u16), ([2.0, 1.0, 1.5], 256)] {
+        for layer in 0..n {
+            let [x, z] = [at[0], at[2]];
+            let y = at[1] + f32::from(layer) * 1e-5;
+            triangles.push([[x, y, z], [x + 0.2, y + 0.05, z], [x, y + 0.1, z + 0.2]]);
+        }
+    }
+    let mesh = prepared(&mesh_of(&triangles), [8, 12, 8]);
+    let parity = compare_gpu(&mut Sweeper::new(context), mesh, 16);
+    assert_alike(&parity, FEW, "between the rows");
+}
+
 /// What the mesh's bounds leave of a row is not all of it, and not nothing: boxes within the mesh,
 /// around it, beside it, and of cells that are no cubes.
 #[test]
