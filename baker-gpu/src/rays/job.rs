@@ -18,7 +18,7 @@ use crate::{BakeError, Context};
 /// Cells that are read back at a time, at most.
 const MOST_CELLS: usize = 1 << 20;
 
-/// What a ray costs, about, see [`Pace`]: visits of nodes.
+/// What a ray costs, about, see [`Pace`](crate::pace::Pace): visits of nodes.
 const VISITS: f64 = 100.0;
 
 /// Steps in 1 of a random direction's component.
