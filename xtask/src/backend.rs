@@ -203,3 +203,69 @@ fn bake_on_gpu(
         fell_back: None,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    use aogrid_bake_core::samples::Sample;
+    use aogrid_bake_core::{Placement, Progress, UNOBSERVED};
+
+    use super::*;
+
+    /// Bakes with a GPU whose device goes away at its first sign of progress; none without a GPU.
+    fn bake_with_lost_device(asked: impl Fn(String) -> Asked) -> Option<anyhow::Result<Seen>> {
+        let name = aogrid_tests::gpu()?.adapter().name.clone();
+        let mesh = Sample::Table.mesh(None).unwrap();
+        let (spec, options) = (spec(&mesh), BakeOptions::recommended());
+        let mut backend = Backend::new(asked(name), Some(Kernel::Sweep));
+        backend.look().unwrap();
+        let Gpu::Found(found) = &backend.gpu else {
+            panic!("the adapter was there a moment ago");
+        };
+        let device = found.0.device().clone();
+        let was_gpu = AtomicBool::new(false);
+        let destroy = |_: Progress| {
+            if !was_gpu.swap(true, Ordering::Relaxed) {
+                device.destroy();
+            }
+            ControlFlow::Continue(())
+        };
+        let seen = backend.bake(&mesh, spec, &options, &destroy);
+        assert!(was_gpu.load(Ordering::Relaxed));
+        Some(seen)
+    }
+
+    fn spec(mesh: &TriangleMesh) -> GridSpec {
+        let placement = Placement {
+            resolution: [9; 3],
+            ..Placement::default()
+        };
+        placement.place(&mesh.bounds()).unwrap()
+    }
+
+    #[test]
+    fn where_a_gpu_fails_midway_the_cpu_bakes_and_says_why() {
+        let Some(seen) = bake_with_lost_device(Asked::Named) else {
+            return;
+        };
+        let seen = seen.unwrap();
+        assert_eq!(seen.by.backend(), "cpu");
+        let why = seen.fell_back.unwrap();
+        assert!(why.contains("lost") && why.lines().count() == 1, "{why}");
+        let mesh = Sample::Table.mesh(None).unwrap();
+        let options = BakeOptions::recommended();
+        let alone = Backend::new(Asked::Cpu, None).bake(&mesh, spec(&mesh), &options, UNOBSERVED);
+        assert_eq!(seen.raw, alone.unwrap().raw);
+    }
+
+    #[test]
+    fn a_gpu_that_was_insisted_on_and_fails_midway_is_an_error() {
+        let insisted = |name| Asked::Gpu(Choice::Named(name));
+        if let Some(seen) = bake_with_lost_device(insisted) {
+            let error = seen.err().expect("there is no result").to_string();
+            assert!(error.contains("lost"), "{error}");
+        }
+    }
+}

@@ -155,6 +155,7 @@ fn pictures_by_the_raster_pass_are_those_of_its_twin() {
         ("cone", "cone"),
         ("occlusion", "cone"),
         ("occlusion", "occlusion"),
+        ("merge", "cone"),
     ] {
         fs::write(&scene, OCCLUDERS.replace("ENCODING", encoding)).unwrap();
         let line = format!("render {{}} --mode {mode} -o {{}}");

@@ -77,6 +77,31 @@ fn grids_shade_receivers_beside_the_truth() {
 }
 
 #[test]
+fn two_boxes_in_each_other_are_lighter_merged_than_multiplied() {
+    let folder = tempfile::tempdir().unwrap();
+    let csv = folder.path().join("out.csv");
+    let twin = "[[instance]]\nmesh = \"box\"\ntranslate = [0.2, 0, 0.1]";
+    let grid = "grid = { boundary = \"none\" }";
+    let scene = scene(folder.path(), grid, twin);
+    let line = "render {} --mode truth,cone,merge --samples 512 -o {}";
+    ok(line, &[&scene, &csv]);
+    let [truth, cone, merge] = ["truth", "cone", "merge"].map(|name| column(&csv, name));
+    // Where both hide much of the same: beside them, not under them.
+    let both = (0..cone.len()).filter(|&i| (0.3..0.95).contains(&cone[i]));
+    let both: Vec<_> = both.collect();
+    assert!(both.len() > 10, "{}", both.len());
+    let off = |ao: &[f32]| both.iter().map(|&i| (ao[i] - truth[i]).abs()).sum::<f32>();
+    println!("multiplied {}, merged {}", off(&cone), off(&merge));
+    assert!(both.iter().all(|&i| merge[i] <= cone[i] + 1e-5));
+    // A quarter away from walls (the suite's merge tests); here most look-ups touch the inside.
+    assert!(off(&merge) < 0.8 * off(&cone));
+    let alone = "strength = 0.0";
+    let scene = self::scene(folder.path(), grid, alone);
+    ok("render {} --mode cone,merge -o {}", &[&scene, &csv]);
+    assert!(column(&csv, "merge").iter().all(|ao| *ao == 0.0));
+}
+
+#[test]
 fn strength_layers_and_exclusion_reach_the_shading() {
     let folder = tempfile::tempdir().unwrap();
     let csv = folder.path().join("out.csv");
