@@ -12,23 +12,25 @@ struct Surface {
     @builtin(position) clip: vec4f,
     @location(0) world: vec3f,
     @location(1) normal: vec3f,
+    @location(2) @interpolate(flat, either) id: u32,
 }
 
 struct GBuffer {
     @location(0) position: vec4f,
     @location(1) normal: vec4f,
+    @location(2) id: u32,
 }
 
-/// w of the position: 1 moves with the object, 0 stays.
+/// w of the position: the object's id. The first moves.
 @vertex
 fn surface(@location(0) position: vec4f, @location(1) normal: vec3f) -> Surface {
-    let world = position.xyz + frame.object.xyz * position.w;
-    return Surface(frame.clip_from_world * vec4f(world, 1.0), world, normal);
+    let world = position.xyz + select(vec3f(), frame.object.xyz, position.w == 0.0);
+    return Surface(frame.clip_from_world * vec4f(world, 1.0), world, normal, u32(position.w));
 }
 
 @fragment
 fn gbuffer(in: Surface) -> GBuffer {
-    return GBuffer(vec4f(in.world, 1.0), vec4f(0.5 * in.normal + 0.5, 1.0));
+    return GBuffer(vec4f(in.world, 1.0), vec4f(0.5 * in.normal + 0.5, 1.0), in.id);
 }
 
 @group(0) @binding(0) var positions: texture_2d<f32>;

@@ -16,9 +16,10 @@ use crate::shadows::{BLENDED, STORED, Shading, Shadows, View};
 
 const POSITIONS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 const NORMALS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+const IDS: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-/// Position and normal; w of the position is 1 for what moves.
+/// Position and normal; w of the position is the object's id, of which the first moves.
 type Vertex = [f32; 7];
 
 /// Half the floor's side.
@@ -50,6 +51,7 @@ pub struct Renderer {
 struct Targets {
     positions: wgpu::TextureView,
     normals: wgpu::TextureView,
+    ids: wgpu::TextureView,
     depth: wgpu::TextureView,
     blended: wgpu::TextureView,
     stored: wgpu::TextureView,
@@ -67,7 +69,12 @@ impl Renderer {
         let (device, queue) = pollster::block_on(device)?;
         let [width, height] = size.map(|n| n.max(1));
         let config = surface.get_default_config(&adapter, width, height);
-        let config = config.ok_or("the window cannot be drawn to with this adapter")?;
+        let mut config = config.ok_or("the window cannot be drawn to with this adapter")?;
+        // The composition's colours are those of a screen, as they are in a screenshot.
+        let plain = config.format.remove_srgb_suffix();
+        if surface.get_capabilities(&adapter).formats.contains(&plain) {
+            config.format = plain;
+        }
         surface.configure(&device, &config);
 
         let module = device.create_shader_module(wgpu::include_wgsl!("drag.wgsl"));
@@ -208,6 +215,7 @@ impl Renderer {
             clip_from_world: clip_from_world.to_cols_array_2d(),
             positions: &targets.positions,
             normals: &targets.normals,
+            ids: &targets.ids,
             depth: &targets.depth,
             blended: &targets.blended,
             stored: &targets.stored,
@@ -235,6 +243,7 @@ impl Renderer {
             color_attachments: &[
                 attachment(&self.targets.positions, clear),
                 attachment(&self.targets.normals, clear),
+                attachment(&self.targets.ids, clear),
             ],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &self.targets.depth,
@@ -299,6 +308,7 @@ impl Targets {
         Self {
             positions: view(POSITIONS),
             normals: view(NORMALS),
+            ids: view(IDS),
             depth: view(DEPTH),
             blended: view(BLENDED),
             stored: texture(
@@ -319,15 +329,18 @@ fn models() -> Result<(Vec<Vertex>, Vec<Grid>), Box<dyn Error>> {
     let f = FLOOR;
     let corners = [[-f, 0.0, f], [f, 0.0, f], [f, 0.0, -f], [-f, 0.0, -f]];
     let [a, b, c, d] = corners;
-    let floor = [[a, b, c], [a, c, d]].into_iter();
+    let floor = [[a, b, c], [a, c, d]];
     let table_there = table
         .corners()
         .map(|corners| corners.map(|p| (Vec3::from(p) + TABLE).to_array()));
-    let still = table_there
-        .chain(floor)
-        .flat_map(|triangle| vertices(triangle, 0.0));
-    let moving = robot.corners().flat_map(|triangle| vertices(triangle, 1.0));
-    let all = moving.chain(still).collect();
+    let robot_and_table = robot
+        .corners()
+        .map(|t| (t, 0))
+        .chain(table_there.map(|t| (t, 1)));
+    let all = robot_and_table.chain(floor.map(|t| (t, 2)));
+    let all = all
+        .flat_map(|(triangle, id)| vertices(triangle, id))
+        .collect();
     Ok((
         all,
         vec![bake(&robot, Sample::Robot)?, bake(&table, Sample::Table)?],
@@ -348,10 +361,10 @@ fn bake(mesh: &TriangleMesh, sample: Sample) -> Result<Grid, Box<dyn Error>> {
 }
 
 /// A triangle with its own normal.
-fn vertices(triangle: [[f32; 3]; 3], moves: f32) -> [Vertex; 3] {
+fn vertices(triangle: [[f32; 3]; 3], id: u8) -> [Vertex; 3] {
     let [a, b, c] = triangle.map(Vec3::from);
     let n = (b - a).cross(c - a).normalize_or_zero();
-    [a, b, c].map(|p| [p.x, p.y, p.z, moves, n.x, n.y, n.z])
+    [a, b, c].map(|p| [p.x, p.y, p.z, f32::from(id), n.x, n.y, n.z])
 }
 
 fn texture(
@@ -421,7 +434,7 @@ fn gbuffer_pipeline(device: &wgpu::Device, module: &wgpu::ShaderModule) -> wgpu:
             module,
             entry_point: Some("gbuffer"),
             compilation_options: Default::default(),
-            targets: &[Some(POSITIONS.into()), Some(NORMALS.into())],
+            targets: &[POSITIONS, NORMALS, IDS].map(|format| Some(format.into())),
         }),
         multiview_mask: None,
         cache: None,

@@ -21,11 +21,12 @@ pub enum Shading {
     Tiled(Combine),
 }
 
-/// What the passes read: world positions and normals as (n + 1)/2.
+/// What the passes read: world positions, normals as (n + 1)/2, and objects' ids.
 pub struct View<'a> {
     pub clip_from_world: [[f32; 4]; 4],
     pub positions: &'a wgpu::TextureView,
     pub normals: &'a wgpu::TextureView,
+    pub ids: &'a wgpu::TextureView,
     pub depth: &'a wgpu::TextureView,
     /// What raster multiplies into.
     pub blended: &'a wgpu::TextureView,
@@ -57,7 +58,8 @@ impl Shadows {
             format: depth,
             compare: wgpu::CompareFunction::GreaterEqual,
         });
-        let by_raster = |mode| {
+        // Cones know a surface of their own object by its normal.
+        let by_raster = |mode, receivers| {
             let descriptor = OcclusionPassDescriptor {
                 label: format!("{mode:?}"),
                 mode,
@@ -65,7 +67,7 @@ impl Shadows {
                 target: BLENDED,
                 positions: Positions::World,
                 normals: Normals::Unsigned,
-                receivers: Receivers::None,
+                receivers,
                 depth,
                 front_face: wgpu::FrontFace::Ccw,
                 encoding: Encoding::Cone,
@@ -99,8 +101,8 @@ impl Shadows {
             .iter()
             .map(|grid| GridTexture::new(device, queue, grid, "grid"));
         Ok(Self {
-            occlusion: by_raster(Mode::Occlusion)?,
-            multiply: by_raster(Mode::Cone)?,
+            occlusion: by_raster(Mode::Occlusion, Receivers::Ids)?,
+            multiply: by_raster(Mode::Cone, Receivers::None)?,
             merge: MergePass::new(device, queue, merge)?,
             tiled_multiply: in_tiles(Combine::Multiply)?,
             tiled_merge: in_tiles(Combine::Merge)?,
@@ -118,14 +120,19 @@ impl Shadows {
         view: &View<'_>,
         places: &[[[f32; 4]; 4]],
     ) -> Result<(), Box<dyn Error>> {
-        let instances = || places.iter().map(|place| Instance::at(*place));
+        let instances = || {
+            (0..).zip(places).map(|(object_id, place)| Instance {
+                object_id,
+                ..Instance::at(*place)
+            })
+        };
         let by_raster: Vec<_> = self.grids.iter().zip(instances()).collect();
         let in_tiles: Vec<_> = instances().enumerate().collect();
         let frame = Frame {
             clip_from_world: view.clip_from_world,
             positions: view.positions,
             normals: Some(view.normals),
-            receivers: None,
+            receivers: Some(view.ids),
             occluders: &by_raster,
         };
         let tiled = TiledFrame {
