@@ -1,0 +1,232 @@
+//! What the raster pass costs against the pixels that its boxes cover, and what a depth test saves.
+//! Prints a table.
+//!
+//! ```sh
+//! cargo bench -p aogrid-runtime --bench covered_pixels
+//! ```
+//!
+//! Ways alternate within each round, and medians are compared: a machine that is busy with something
+//! else slows all of them alike.
+
+use std::time::Instant;
+
+use aogrid_grid_format::{Encoding, GridSpec, TexelFormat};
+use aogrid_runtime::shading::{aogrid_grid_position, aogrid_is_inside};
+use aogrid_runtime::{
+    AogridOccluder, DepthTest, Frame, GridTexture, Instance, Mode, Normals, OcclusionPass,
+    OcclusionPassDescriptor, Output, Positions, Receivers,
+};
+use glam::camera::rh::{proj::directx, view};
+use glam::{Mat4, Quat, Vec3, Vec4};
+
+#[path = "../tests/gpu/gpu.rs"]
+#[allow(dead_code, reason = "the tests need more of it")]
+mod gpu;
+#[path = "../tests/gpu/grids.rs"]
+#[allow(dead_code, reason = "the tests need more of it")]
+mod grids;
+
+use gpu::Gpu;
+
+const SIZE: [u32; 2] = [512, 384];
+
+const OCCLUDERS: usize = 16;
+
+/// Of the objects.
+const SCALES: [f32; 4] = [0.2, 0.4, 0.8, 1.6];
+
+/// Rounds of which the median is taken, after one that warms up.
+const ROUNDS: usize = 15;
+
+const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
+
+fn main() {
+    let Some(gpu) = gpu::gpu() else { return };
+    let grid = grids::faded_ball(TexelFormat::Unorm8);
+    let texture = GridTexture::new(&gpu.device, &gpu.queue, &grid, "ball").expect("it fits");
+    let buffer = floor();
+    println!("{OCCLUDERS} occluders, {} x {} pixels", SIZE[0], SIZE[1]);
+    println!("   scale  covered   inside      ms  ns a covered pixel   with depth test");
+    for scale in SCALES {
+        let instances = ring(scale);
+        let [covered, inside] = cover(grid.spec(), &instances, &buffer);
+        let [plain, tested] = times(&gpu, &texture, &instances, &buffer);
+        println!(
+            "{scale:>8} {covered:>8} {:>7.0}% {plain:>7.2} {:>19.1} {:>16.2}x",
+            100.0 * inside as f64 / covered as f64,
+            1e6 * plain / covered as f64,
+            tested / plain
+        );
+    }
+}
+
+/// A floor, without end, as a G-buffer.
+struct Buffer {
+    rays: Vec<[Vec3; 2]>,
+    positions: Vec<[f32; 4]>,
+    depths: Vec<f32>,
+}
+
+fn clip_from_world() -> Mat4 {
+    let camera = view::look_at_mat4(Vec3::new(3.0, 2.5, 4.0), Vec3::ZERO, Vec3::Y);
+    directx::perspective(0.9, SIZE[0] as f32 / SIZE[1] as f32, 0.1, 50.0) * camera
+}
+
+fn floor() -> Buffer {
+    let clip_from_world = clip_from_world();
+    let world_from_clip = clip_from_world.inverse();
+    let mut buffer = Buffer {
+        rays: vec![],
+        positions: vec![],
+        depths: vec![],
+    };
+    for (y, x) in (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (y, x))) {
+        let u = (x as f32 + 0.5) / SIZE[0] as f32 * 2.0 - 1.0;
+        let v = 1.0 - (y as f32 + 0.5) / SIZE[1] as f32 * 2.0;
+        let at = |depth| world_from_clip.project_point3(Vec3::new(u, v, depth));
+        let [from, along] = [at(0.0), at(1.0) - at(0.0)];
+        let t = -from.y / along.y;
+        let p = from + t * along;
+        let seen = t > 0.0 && t < 1.0;
+        let clip = clip_from_world * p.extend(1.0);
+        buffer.rays.push([from, along]);
+        buffer.positions.push(match seen {
+            true => p.extend(1.0).to_array(),
+            false => Vec4::NAN.to_array(),
+        });
+        buffer.depths.push(if seen { clip.z / clip.w } else { 1.0 });
+    }
+    buffer
+}
+
+/// Objects on the floor, turned each another way.
+fn ring(scale: f32) -> Vec<Instance> {
+    let place = |idx: usize| {
+        let angle = idx as f32 * 2.4;
+        let out = 0.45 * (idx as f32 + 0.5).sqrt();
+        let there = Vec3::new(out * angle.cos(), scale * grids::RADIUS, out * angle.sin());
+        let turn = Quat::from_rotation_y(angle);
+        let place = Mat4::from_scale_rotation_translation(Vec3::splat(scale), turn, there);
+        Instance::at(place.to_cols_array_2d())
+    };
+    (0..OCCLUDERS).map(place).collect()
+}
+
+/// Pixels that the back faces of all boxes cover, each box for itself, and how many of them have
+/// their receiver inside.
+fn cover(spec: &GridSpec, instances: &[Instance], buffer: &Buffer) -> [usize; 2] {
+    let mut count = [0; 2];
+    for instance in instances {
+        let occluder = AogridOccluder::new(spec, TexelFormat::Unorm8, instance).expect("it stands");
+        for ([from, along], position) in buffer.rays.iter().zip(&buffer.positions) {
+            let [x, y, z, _] = *position;
+            let is_inside = aogrid_is_inside(aogrid_grid_position(&occluder, [x, y, z]));
+            count[0] += usize::from(meets_box(&occluder, *from, *along));
+            count[1] += usize::from(is_inside);
+        }
+    }
+    count
+}
+
+/// Whether a ray passes through the grid's box.
+fn meets_box(occluder: &AogridOccluder, from: Vec3, along: Vec3) -> bool {
+    let at = |p: Vec3| Vec3::from(aogrid_grid_position(occluder, p.to_array()));
+    let (start, end) = (at(from), at(from + along));
+    let inverse = (end - start).recip();
+    let (a, b) = (-start * inverse, (Vec3::ONE - start) * inverse);
+    let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
+    enter <= leave && leave > 0.0
+}
+
+/// Milliseconds without and with a depth test.
+fn times(gpu: &Gpu, grid: &GridTexture, instances: &[Instance], buffer: &Buffer) -> [f64; 2] {
+    let floats = wgpu::TextureFormat::Rgba32Float;
+    let up = vec![[0.0_f32, 1.0, 0.0, 0.0]; buffer.positions.len()];
+    let positions = gpu.texture(SIZE, floats, bytemuck::cast_slice(&buffer.positions));
+    let normals = gpu.texture(SIZE, floats, bytemuck::cast_slice(&up));
+    let depth = gpu.target_depth(SIZE, DEPTH);
+    gpu.fill_depth(&depth, &buffer.depths, SIZE);
+    let depth = depth.create_view(&Default::default());
+    let target = gpu.target(SIZE, TARGET);
+    let target = target.create_view(&Default::default());
+    let occluders: Vec<_> = instances.iter().map(|instance| (grid, *instance)).collect();
+    let frame = Frame {
+        clip_from_world: clip_from_world().to_cols_array_2d(),
+        positions: &positions,
+        normals: Some(&normals),
+        receivers: None,
+        occluders: &occluders,
+    };
+    let passes = [None, Some(DEPTH)].map(|format| {
+        let mut pass = pass(gpu, format);
+        let prepared = pass.prepare(&gpu.device, &gpu.queue, &frame);
+        prepared.expect("the frame is whole");
+        pass
+    });
+    let mut seen = [vec![], vec![]];
+    for round in 0..=ROUNDS {
+        for (way, pass) in passes.iter().enumerate() {
+            let time = time(gpu, pass, &target, (way == 1).then_some(&depth));
+            if round > 0 {
+                seen[way].push(time);
+            }
+        }
+    }
+    seen.map(|mut times| {
+        times.sort_by(f64::total_cmp);
+        times[ROUNDS / 2]
+    })
+}
+
+fn pass(gpu: &Gpu, depth: Option<wgpu::TextureFormat>) -> OcclusionPass {
+    let descriptor = OcclusionPassDescriptor {
+        label: "bench".into(),
+        mode: Mode::Cone,
+        output: Output::Transmittance,
+        target: TARGET,
+        positions: Positions::World,
+        normals: Normals::Signed,
+        receivers: Receivers::None,
+        depth: depth.map(|format| DepthTest {
+            format,
+            compare: wgpu::CompareFunction::GreaterEqual,
+        }),
+        front_face: wgpu::FrontFace::Ccw,
+        encoding: Encoding::Cone,
+    };
+    OcclusionPass::new(&gpu.device, &gpu.queue, descriptor).expect("its parts fit")
+}
+
+fn time(
+    gpu: &Gpu,
+    pass: &OcclusionPass,
+    target: &wgpu::TextureView,
+    depth: Option<&wgpu::TextureView>,
+) -> f64 {
+    let start = Instant::now();
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let mut render_pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("bench"),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view: target,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations {
+                load: wgpu::LoadOp::Clear(pass.clear_color()),
+                store: wgpu::StoreOp::Store,
+            },
+        })],
+        depth_stencil_attachment: depth.map(|view| wgpu::RenderPassDepthStencilAttachment {
+            view,
+            depth_ops: None,
+            stencil_ops: None,
+        }),
+        ..Default::default()
+    });
+    pass.draw(&mut render_pass);
+    drop(render_pass);
+    gpu.queue.submit([encoder.finish()]);
+    let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
+    start.elapsed().as_secs_f64() * 1e3
+}
