@@ -71,6 +71,34 @@ fn under_a_constant_sky_light_and_occlusion_are_one() {
 }
 
 #[test]
+fn united_cones_leave_light_from_around_as_multiplied_ones_do() {
+    let modes = ["environment", "environment-merge"];
+    let shade = |twin: &str| {
+        let (folder, scene) = with_scene("", "", SKY);
+        fs::write(&scene, fs::read_to_string(&scene).unwrap() + twin).unwrap();
+        let csv = folder.path().join("out.csv");
+        let line = "render {} --mode environment,environment-merge,merge -o {}";
+        ok(line, &[&scene, &csv]);
+        let united = column(&csv, "environment-merge");
+        assert_eq!(united, column(&csv, "merge"));
+        // A constant sky shows what is hidden of it, however that was found.
+        for mode in modes {
+            let ao = column(&csv, mode);
+            let green = column(&csv, &format!("{mode}.G"));
+            let pairs = ao.iter().zip(&green);
+            assert!(pairs.clone().all(|(ao, g)| (g - (1.0 - ao)).abs() < 2e-3));
+        }
+        modes.map(|mode| column(&csv, mode))
+    };
+    let [multiplied, united] = shade("");
+    assert_eq!(multiplied, united, "one occluder is nothing to unite");
+    let [multiplied, united] = shade("[[instance]]\nmesh = 'box'\ntranslate = [0.3, 0, 0]");
+    let mut pairs = multiplied.iter().zip(&united);
+    assert!(pairs.clone().all(|(m, u)| *u <= m + 1e-5));
+    assert!(pairs.any(|(m, u)| *u < m - 0.05));
+}
+
+#[test]
 fn a_glossy_floor_mirrors_the_box_as_darkness() {
     let (folder, scene) = with_scene("gloss = 15", CAMERA, SKY);
     let csv = folder.path().join("out.csv");

@@ -62,8 +62,10 @@ pub(crate) enum Mode {
     Cone,
     /// The same cones united, one after the other in the scene's order
     Merge,
-    /// The same, and light from the environment without what comes from the cones' side
+    /// Cones multiplied, and light from the environment without what comes from their side
     Environment,
+    /// The same with the cones united
+    EnvironmentMerge,
 }
 
 /// Where grids are looked up.
@@ -90,6 +92,7 @@ impl Mode {
             Self::Cone => "cone",
             Self::Merge => "merge",
             Self::Environment => "environment",
+            Self::EnvironmentMerge => "environment-merge",
         }
     }
 }

@@ -1,5 +1,5 @@
-//! Mode `environment`: light from all around, less what the grids' cones hide of it, by the
-//! runtime's twin (RR-5779, 5.2.1 and 5.3).
+//! Modes `environment` and `environment-merge`: light from all around, less what the grids' cones
+//! hide of it, multiplied or united, by the runtime's twin (RR-5779, 5.2 and 5.3).
 
 use std::collections::HashMap;
 use std::ops::ControlFlow;
@@ -10,7 +10,9 @@ use anyhow::{Context, bail, ensure};
 use aogrid_bake_core::Progress;
 use aogrid_baker_cpu::truth::Receiver;
 use aogrid_runtime::environment::{aogrid_glossy, aogrid_lambertian};
-use aogrid_runtime::shading::{aogrid_cone_with_axis_at, aogrid_grid_position, aogrid_is_inside};
+use aogrid_runtime::shading::{
+    aogrid_cone_with_axis_at, aogrid_grid_position, aogrid_is_inside, aogrid_merge, aogrid_multiply,
+};
 use aogrid_runtime::{AogridEnvironment, EnvironmentMap, LinearTexture};
 use rayon::prelude::*;
 
@@ -80,11 +82,11 @@ impl<'a> Surroundings<'a> {
 
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-pub(super) fn shade(job: &Job<'_>) -> anyhow::Result<Shaded> {
+pub(super) fn shade(job: &Job<'_>, model: Model) -> anyhow::Result<Shaded> {
     check(job)?;
     let surroundings = Surroundings::new(job)?;
-    let casters = casters(job, Model::Cone)?;
-    let hidden = hidden(job, &casters)?;
+    let casters = casters(job, model)?;
+    let hidden = hidden(job, &casters, model)?;
     let pairs = hidden.par_iter().enumerate();
     let light = pairs.map(|(idx, &hidden)| surroundings.light(idx, hidden));
     Ok(Shaded {
@@ -99,22 +101,23 @@ fn check(job: &Job<'_>) -> anyhow::Result<()> {
     let (scene, shown) = (job.scene, job.scene.path.display());
     ensure!(
         scene.environment.is_some() || scene.ambient != [0.0; 3],
-        "{shown}: mode `environment` needs light from all around: add [environment] or `ambient`"
+        "{shown}: this mode needs light from all around: add [environment] or `ambient`"
     );
     ensure!(
         scene.area_light.is_none(),
-        "{shown}: mode `environment` has no shadows of an [area_light]: leave that out"
+        "{shown}: this mode has no shadows of an [area_light]: leave that out"
     );
     ensure!(
         job.gpu.is_none(),
-        "{shown}: mode `environment` is looked up on the CPU: leave out --backend gpu"
+        "{shown}: this mode is looked up on the CPU: leave out --backend gpu"
     );
     Ok(())
 }
 
-/// What the casters add up to at each receiver: the sum of all (AO/2) d′, the product of all 1 − AO.
-fn hidden(job: &Job<'_>, casters: &[Caster<'_>]) -> anyhow::Result<Vec<[f32; 4]>> {
+/// What the casters add up to at each receiver: the sum of all (AO/2) d′, and what is left, 1 − AO.
+fn hidden(job: &Job<'_>, casters: &[Caster<'_>], model: Model) -> anyhow::Result<Vec<[f32; 4]>> {
     let clip = LinearTexture::clip_table();
+    let overlaps = LinearTexture::intersection_table();
     let mut textures = HashMap::new();
     for Caster { grid, .. } in casters {
         let texture = || LinearTexture::of_grid(grid);
@@ -133,9 +136,11 @@ fn hidden(job: &Job<'_>, casters: &[Caster<'_>]) -> anyhow::Result<Vec<[f32; 4]>
         for (caster, texture) in casters.iter().zip(&textures) {
             let p_grid = aogrid_grid_position(&caster.occluder, p);
             if caster.casts_on(id, layers(id)) && aogrid_is_inside(p_grid) {
-                let [x, y, z, t] =
-                    aogrid_cone_with_axis_at(&caster.occluder, texture, &clip, p_grid, n);
-                hidden = [hidden[0] + x, hidden[1] + y, hidden[2] + z, hidden[3] * t];
+                let one = aogrid_cone_with_axis_at(&caster.occluder, texture, &clip, p_grid, n);
+                hidden = match model {
+                    Model::Merge => aogrid_merge(hidden, one, &overlaps),
+                    Model::Occlusion | Model::Cone => aogrid_multiply(hidden, one),
+                };
             }
         }
         hidden

@@ -95,7 +95,8 @@ fn shade(mode: Mode, job: &Job<'_>) -> anyhow::Result<Shaded> {
         Mode::Occlusion => by_grids(job, Model::Occlusion),
         Mode::Cone => by_grids(job, Model::Cone),
         Mode::Merge => by_grids(job, Model::Merge),
-        Mode::Environment => environment::shade(job),
+        Mode::Environment => environment::shade(job, Model::Cone),
+        Mode::EnvironmentMerge => environment::shade(job, Model::Merge),
     }
 }
 
