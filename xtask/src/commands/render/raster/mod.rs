@@ -1,0 +1,247 @@
+//! Modes `occlusion`, `cone` and `merge` on a GPU: the runtime's raster passes over the picture's
+//! G-buffer.
+
+mod textures;
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::sync::Arc;
+
+use anyhow::{Context as _, bail, ensure};
+use aogrid_baker_gpu::Context;
+use aogrid_grid_format::Encoding;
+use aogrid_runtime::{
+    Frame, GridTexture, Instance, MergePass, MergePassDescriptor, Mode, Normals, OcclusionPass,
+    OcclusionPassDescriptor, Output, Positions, Receivers, wgpu,
+};
+use wgpu::{TextureFormat, TextureUsages};
+
+use self::textures::{Views, attachment, texels, texture};
+use super::casters::{self, Caster, Model, as_instance, casters, place};
+use super::{Job, Shaded};
+
+/// A scene's picture and its occluders, on the GPU.
+struct Picture<'a> {
+    job: &'a Job<'a>,
+    gpu: &'a Context,
+    size: [u32; 2],
+    /// The pixel of each receiver.
+    pixels: &'a [usize],
+    views: Views,
+    occluders: Vec<(GridTexture, Instance)>,
+}
+
+/// Its inverse must exist, and that is all: nothing is tested against depths.
+const NEAR_AND_FAR: [f64; 2] = [1.0, 2.0];
+
+pub(super) fn shade(job: &Job<'_>, gpu: &Context, model: Model) -> anyhow::Result<Shaded> {
+    within_memory(gpu, || {
+        let picture = Picture::new(job, gpu, model)?;
+        let transmittance = picture.transmittance(model)?;
+        let pixels = picture.pixels.iter();
+        let occlusion = pixels.map(|&pixel| 1.0 - transmittance[pixel]);
+        casters::shaded(job, occlusion.collect())
+    })
+}
+
+/// Says so where the GPU's memory is not enough.
+fn within_memory(
+    gpu: &Context,
+    shade: impl FnOnce() -> anyhow::Result<Shaded>,
+) -> anyhow::Result<Shaded> {
+    let scope = gpu
+        .device()
+        .push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+    let shaded = shade();
+    if pollster::block_on(scope.pop()).is_some() {
+        bail!(
+            "{}: out of memory: make the picture smaller, or use --backend cpu",
+            gpu.adapter().name
+        );
+    }
+    shaded
+}
+
+impl<'a> Picture<'a> {
+    fn new(job: &'a Job<'a>, gpu: &'a Context, model: Model) -> anyhow::Result<Self> {
+        let picture = job.target.picture.as_ref();
+        let (gbuffer, pixels) = picture.context("receivers of a list are not in a picture")?;
+        Ok(Self {
+            job,
+            gpu,
+            size: gbuffer.size,
+            pixels,
+            occluders: occluders(job, gpu, &casters(job, model)?)?,
+            views: Views::new(job, gpu, gbuffer, pixels),
+        })
+    }
+
+    /// What is left of each pixel.
+    fn transmittance(&self, model: Model) -> anyhow::Result<Vec<f32>> {
+        let ((encoder, texture), channel) = match model {
+            Model::Merge => (self.merge()?, 3),
+            Model::Occlusion | Model::Cone => (self.multiply(model, Output::Transmittance)?, 0),
+        };
+        let texels = texels(self.gpu, encoder, &texture)?;
+        Ok(texels.into_iter().map(|texel| texel[channel]).collect())
+    }
+
+    /// Records all occluders, multiplied, and where to.
+    fn multiply(
+        &self,
+        model: Model,
+        output: Output,
+    ) -> anyhow::Result<(wgpu::CommandEncoder, wgpu::Texture)> {
+        let usage = TextureUsages::RENDER_ATTACHMENT
+            | TextureUsages::COPY_SRC
+            | TextureUsages::TEXTURE_BINDING;
+        let format = self.widest(output);
+        let target = texture(self.gpu, "occlusion", self.size, format, usage);
+        let view = target.create_view(&Default::default());
+        let passes = self.passes(model, output)?;
+        let mut encoder = self
+            .gpu
+            .device()
+            .create_command_encoder(&Default::default());
+        let mut render_pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("occlusion"),
+            color_attachments: &[Some(attachment(&view, open(output)))],
+            ..Default::default()
+        });
+        passes.iter().for_each(|pass| pass.draw(&mut render_pass));
+        drop(render_pass);
+        Ok((encoder, target))
+    }
+
+    /// Grids may differ in what they hold. Multiplication commutes: a pass for each kind.
+    fn passes(&self, model: Model, output: Output) -> anyhow::Result<Vec<OcclusionPass>> {
+        let mut passes = vec![];
+        for encoding in [Encoding::Cone, Encoding::Occlusion] {
+            let occluders = self.occluders.iter();
+            let occluders: Vec<_> = occluders
+                .filter(|(grid, _)| grid.encoding() == encoding)
+                .map(|(grid, instance)| (grid, *instance))
+                .collect();
+            if occluders.is_empty() {
+                continue;
+            }
+            let descriptor = OcclusionPassDescriptor {
+                label: "render".into(),
+                mode: match model {
+                    Model::Occlusion => Mode::Occlusion,
+                    Model::Cone | Model::Merge => Mode::Cone,
+                },
+                output,
+                target: self.widest(output),
+                positions: Positions::World,
+                normals: Normals::Signed,
+                receivers: Receivers::IdsAndLayers,
+                depth: None,
+                front_face: wgpu::FrontFace::Ccw,
+                encoding,
+            };
+            let (device, queue) = (self.gpu.device(), self.gpu.queue());
+            let mut pass = OcclusionPass::new(device, queue, descriptor)?;
+            pass.prepare(device, queue, &self.frame(&occluders)?)?;
+            passes.push(pass);
+        }
+        Ok(passes)
+    }
+
+    /// Records all occluders, their cones united in the scene's order, and where the result is.
+    fn merge(&self) -> anyhow::Result<(wgpu::CommandEncoder, wgpu::Texture)> {
+        let occluders = self.occluders.iter();
+        let occluders: Vec<_> = occluders
+            .map(|(grid, instance)| (grid, *instance))
+            .collect();
+        let descriptor = MergePassDescriptor {
+            label: "render".into(),
+            format: TextureFormat::Rgba32Float,
+            positions: Positions::World,
+            normals: Normals::Signed,
+            receivers: Receivers::IdsAndLayers,
+            depth: None,
+            front_face: wgpu::FrontFace::Ccw,
+        };
+        let (device, queue) = (self.gpu.device(), self.gpu.queue());
+        let mut pass = MergePass::new(device, queue, descriptor)?;
+        pass.prepare(device, queue, &self.frame(&occluders)?)?;
+        let mut encoder = device.create_command_encoder(&Default::default());
+        pass.record(&mut encoder, None);
+        let result = pass.result().context("nothing was prepared")?;
+        Ok((encoder, result.texture().clone()))
+    }
+
+    fn frame<'b>(
+        &'b self,
+        occluders: &'b [(&'b GridTexture, Instance)],
+    ) -> anyhow::Result<Frame<'b>> {
+        Ok(Frame {
+            clip_from_world: self.clip_from_world()?,
+            positions: &self.views.positions,
+            normals: Some(&self.views.normals),
+            receivers: Some(&self.views.receivers),
+            occluders,
+        })
+    }
+
+    fn clip_from_world(&self) -> anyhow::Result<[[f32; 4]; 4]> {
+        let camera = self.job.scene.camera.as_ref();
+        let camera = camera.context("a picture needs a camera")?;
+        let [near, far] = NEAR_AND_FAR;
+        let clip_from_world = camera.clip_from_world(near, far).as_mat4();
+        Ok(clip_from_world.to_cols_array_2d())
+    }
+
+    /// The widest format that the device can multiply into.
+    fn widest(&self, output: Output) -> TextureFormat {
+        let features = self.gpu.device().features();
+        let blends = features.contains(wgpu::Features::FLOAT32_BLENDABLE);
+        match (output, blends) {
+            (Output::Transmittance, true) => TextureFormat::R32Float,
+            (Output::Transmittance, false) => TextureFormat::R16Float,
+            (Output::TransmittanceAndAxis, true) => TextureFormat::Rgba32Float,
+            (Output::TransmittanceAndAxis, false) => TextureFormat::Rgba16Float,
+        }
+    }
+}
+
+/// Nothing hidden.
+fn open(output: Output) -> wgpu::Color {
+    match output {
+        Output::Transmittance => wgpu::Color::WHITE,
+        Output::TransmittanceAndAxis => wgpu::Color::BLACK,
+    }
+}
+
+fn occluders(
+    job: &Job<'_>,
+    gpu: &Context,
+    casters: &[Caster<'_>],
+) -> anyhow::Result<Vec<(GridTexture, Instance)>> {
+    let mut textures = HashMap::new();
+    let mut occluder = |caster: &Caster<'_>| {
+        let texture = match textures.entry(Arc::as_ptr(&caster.grid)) {
+            Entry::Occupied(made) => made.into_mut(),
+            Entry::Vacant(entry) => {
+                let (device, queue) = (gpu.device(), gpu.queue());
+                let label = &caster.instance.name;
+                entry.insert(GridTexture::new(device, queue, &caster.grid, label)?)
+            }
+        };
+        let mut instance = as_instance(caster.instance);
+        let excludes = &caster.instance.excludes;
+        ensure!(
+            excludes.len() <= instance.excluded.len(),
+            "it excludes {} receivers, and a GPU's occluder at most {}: use --backend cpu",
+            excludes.len(),
+            instance.excluded.len()
+        );
+        instance.excluded[..excludes.len()].copy_from_slice(excludes);
+        Ok((texture.clone(), instance))
+    };
+    casters
+        .iter()
+        .map(|caster| occluder(caster).with_context(|| place(job, caster.instance)))
+        .collect()
+}
