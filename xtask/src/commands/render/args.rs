@@ -39,8 +39,8 @@ pub(crate) struct Args {
     /// Keep only the first N of the scene's occluders
     #[arg(long, value_name = "N")]
     pub occluders: Option<usize>,
-    /// Where grids are looked up: on the CPU, the same on every machine, or in the raster pass of
-    /// a GPU, which makes pictures only
+    /// Where grids are looked up: on the CPU, the same on every machine, or in the raster passes of
+    /// a GPU, which make pictures only
     #[arg(long, value_enum, default_value_t = BackendArg::Cpu)]
     pub backend: BackendArg,
     /// The GPU whose name holds this; see `cargo xtask adapters`

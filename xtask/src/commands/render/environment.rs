@@ -1,5 +1,5 @@
-//! Modes `environment` and `environment-merge`: light from all around, less what the grids' cones
-//! hide of it, multiplied or united, by the runtime's twin (RR-5779, 5.2 and 5.3).
+//! Modes `environment` and `environment-merge` on the CPU: light from all around, less what the
+//! grids' cones hide of it, multiplied or united, by the runtime's twin (RR-5779, 5.2 and 5.3).
 
 use std::collections::HashMap;
 use std::ops::ControlFlow;
@@ -28,8 +28,10 @@ const OPEN: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 /// What lights a scene from all around, and how its receivers reflect it.
 pub(super) struct Surroundings<'a> {
     receivers: &'a [Receiver],
-    map: EnvironmentMap,
-    place: AogridEnvironment,
+    /// Its radiance, ambient light included.
+    pub map: EnvironmentMap,
+    /// How the scene stands in it.
+    pub place: AogridEnvironment,
     /// Of each receiver, if it is glossy: the mirrored direction and the fraction of its lobe.
     lobes: Vec<Option<([f32; 3], f32)>>,
 }
@@ -97,7 +99,8 @@ pub(super) fn shade(job: &Job<'_>, model: Model) -> anyhow::Result<Shaded> {
     })
 }
 
-fn check(job: &Job<'_>) -> anyhow::Result<()> {
+/// Refuses a scene whose light is not all from around.
+pub(super) fn check(job: &Job<'_>) -> anyhow::Result<()> {
     let (scene, shown) = (job.scene, job.scene.path.display());
     ensure!(
         scene.environment.is_some() || scene.ambient != [0.0; 3],
@@ -106,10 +109,6 @@ fn check(job: &Job<'_>) -> anyhow::Result<()> {
     ensure!(
         scene.area_light.is_none(),
         "{shown}: this mode has no shadows of an [area_light]: leave that out"
-    );
-    ensure!(
-        job.gpu.is_none(),
-        "{shown}: this mode is looked up on the CPU: leave out --backend gpu"
     );
     Ok(())
 }

@@ -95,8 +95,8 @@ fn shade(mode: Mode, job: &Job<'_>) -> anyhow::Result<Shaded> {
         Mode::Occlusion => by_grids(job, Model::Occlusion),
         Mode::Cone => by_grids(job, Model::Cone),
         Mode::Merge => by_grids(job, Model::Merge),
-        Mode::Environment => environment::shade(job, Model::Cone),
-        Mode::EnvironmentMerge => environment::shade(job, Model::Merge),
+        Mode::Environment => by_grids_and_map(job, Model::Cone),
+        Mode::EnvironmentMerge => by_grids_and_map(job, Model::Merge),
     }
 }
 
@@ -104,6 +104,13 @@ fn by_grids(job: &Job<'_>, model: Model) -> anyhow::Result<Shaded> {
     match &job.gpu {
         Some(gpu) => raster::shade(job, gpu, model),
         None => twin::shade(job, model),
+    }
+}
+
+fn by_grids_and_map(job: &Job<'_>, model: Model) -> anyhow::Result<Shaded> {
+    match &job.gpu {
+        Some(gpu) => raster::environment::shade(job, gpu, model),
+        None => environment::shade(job, model),
     }
 }
 

@@ -1,6 +1,7 @@
 //! Modes `occlusion`, `cone` and `merge` on a GPU: the runtime's raster passes over the picture's
 //! G-buffer.
 
+pub(super) mod environment;
 mod textures;
 
 use std::collections::HashMap;
