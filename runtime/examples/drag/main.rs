@@ -9,8 +9,11 @@
 //! `--screenshot OUT.png` draws a few frames, writes the last one and ends; a digit after it is a key
 //! to press before.
 
+mod pipelines;
 mod renderer;
+mod scene;
 mod shadows;
+mod targets;
 
 use std::error::Error;
 use std::sync::Arc;

@@ -3,30 +3,16 @@
 use std::error::Error;
 use std::sync::Arc;
 
-use aogrid_bake_core::samples::Sample;
-use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, UNOBSERVED, post};
-use aogrid_grid_format::{Grid, Source};
 use aogrid_runtime::Combine;
 use glam::camera::rh::{proj::directx, view};
 use glam::{Mat4, Vec3, Vec4};
 use wgpu::util::DeviceExt;
 use winit::window::Window;
 
-use crate::shadows::{BLENDED, STORED, Shading, Shadows, View};
-
-const POSITIONS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
-const NORMALS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
-const IDS: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
-const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
-
-/// Position and normal; w of the position is the object's id, of which the first moves.
-type Vertex = [f32; 7];
-
-/// Half the floor's side.
-const FLOOR: f32 = 3.0;
-
-/// Where the table stands.
-const TABLE: Vec3 = Vec3::new(1.5, 0.0, -0.9);
+use crate::pipelines;
+use crate::scene::{FLOOR, TABLE, Vertex, models};
+use crate::shadows::{Shading, Shadows, View};
+use crate::targets::{DEPTH, Targets, attachment, texture};
 
 pub struct Renderer {
     device: wgpu::Device,
@@ -45,16 +31,6 @@ pub struct Renderer {
     targets: Targets,
     object: Vec3,
     pub shading: Shading,
-}
-
-/// What has the window's size.
-struct Targets {
-    positions: wgpu::TextureView,
-    normals: wgpu::TextureView,
-    ids: wgpu::TextureView,
-    depth: wgpu::TextureView,
-    blended: wgpu::TextureView,
-    stored: wgpu::TextureView,
 }
 
 impl Renderer {
@@ -78,7 +54,7 @@ impl Renderer {
         surface.configure(&device, &config);
 
         let module = device.create_shader_module(wgpu::include_wgsl!("drag.wgsl"));
-        let gbuffer = gbuffer_pipeline(&device, &module);
+        let gbuffer = pipelines::gbuffer(&device, &module);
         let frame = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("frame"),
             size: 80,
@@ -103,8 +79,12 @@ impl Renderer {
             frame,
             frame_group,
             gbuffer,
-            compose: compose_pipeline(&device, &module, config.format),
-            to_screenshot: compose_pipeline(&device, &module, wgpu::TextureFormat::Rgba8Unorm),
+            compose: pipelines::composition(&device, &module, config.format),
+            to_screenshot: pipelines::composition(
+                &device,
+                &module,
+                wgpu::TextureFormat::Rgba8Unorm,
+            ),
             channel: device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("channel"),
                 size: 16,
@@ -299,172 +279,4 @@ impl Renderer {
         directx::perspective(0.8, aspect, 0.1, 30.0)
             * view::look_at_mat4(eye, Vec3::new(0.0, 0.6, 0.0), Vec3::Y)
     }
-}
-
-impl Targets {
-    fn new(device: &wgpu::Device, size: [u32; 2]) -> Self {
-        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
-        let view = |format| texture(device, size, format, usage).create_view(&Default::default());
-        Self {
-            positions: view(POSITIONS),
-            normals: view(NORMALS),
-            ids: view(IDS),
-            depth: view(DEPTH),
-            blended: view(BLENDED),
-            stored: texture(
-                device,
-                size,
-                STORED,
-                wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
-            )
-            .create_view(&Default::default()),
-        }
-    }
-}
-
-/// The vertices of robot, table and floor, and the grids of both objects, baked here and now.
-fn models() -> Result<(Vec<Vertex>, Vec<Grid>), Box<dyn Error>> {
-    let [robot, table] = [Sample::Robot, Sample::Table].map(|sample| sample.mesh(None));
-    let (robot, table) = (robot?, table?);
-    let f = FLOOR;
-    let corners = [[-f, 0.0, f], [f, 0.0, f], [f, 0.0, -f], [-f, 0.0, -f]];
-    let [a, b, c, d] = corners;
-    let floor = [[a, b, c], [a, c, d]];
-    let table_there = table
-        .corners()
-        .map(|corners| corners.map(|p| (Vec3::from(p) + TABLE).to_array()));
-    let robot_and_table = robot
-        .corners()
-        .map(|t| (t, 0))
-        .chain(table_there.map(|t| (t, 1)));
-    let all = robot_and_table.chain(floor.map(|t| (t, 2)));
-    let all = all
-        .flat_map(|(triangle, id)| vertices(triangle, id))
-        .collect();
-    Ok((
-        all,
-        vec![bake(&robot, Sample::Robot)?, bake(&table, Sample::Table)?],
-    ))
-}
-
-fn bake(mesh: &TriangleMesh, sample: Sample) -> Result<Grid, Box<dyn Error>> {
-    let (placement, options) = (Placement::default(), BakeOptions::recommended());
-    let spec = placement.place(&mesh.bounds())?;
-    let raw = aogrid_baker_cpu::bake(mesh, spec, &options, UNOBSERVED)?;
-    let source = Source {
-        name: sample.name().into(),
-        part: None,
-        blake3: "0".repeat(64),
-        triangles: mesh.triangles().len() as u64,
-    };
-    Ok(post::finish(raw, &placement, &options, source)?)
-}
-
-/// A triangle with its own normal.
-fn vertices(triangle: [[f32; 3]; 3], id: u8) -> [Vertex; 3] {
-    let [a, b, c] = triangle.map(Vec3::from);
-    let n = (b - a).cross(c - a).normalize_or_zero();
-    [a, b, c].map(|p| [p.x, p.y, p.z, f32::from(id), n.x, n.y, n.z])
-}
-
-fn texture(
-    device: &wgpu::Device,
-    [width, height]: [u32; 2],
-    format: wgpu::TextureFormat,
-    usage: wgpu::TextureUsages,
-) -> wgpu::Texture {
-    device.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d {
-            width,
-            height,
-            depth_or_array_layers: 1,
-        },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage,
-        view_formats: &[],
-    })
-}
-
-fn attachment(
-    view: &wgpu::TextureView,
-    load: wgpu::LoadOp<wgpu::Color>,
-) -> Option<wgpu::RenderPassColorAttachment<'_>> {
-    Some(wgpu::RenderPassColorAttachment {
-        view,
-        depth_slice: None,
-        resolve_target: None,
-        ops: wgpu::Operations {
-            load,
-            store: wgpu::StoreOp::Store,
-        },
-    })
-}
-
-fn gbuffer_pipeline(device: &wgpu::Device, module: &wgpu::ShaderModule) -> wgpu::RenderPipeline {
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("G-buffer"),
-        layout: None,
-        vertex: wgpu::VertexState {
-            module,
-            entry_point: Some("surface"),
-            compilation_options: Default::default(),
-            buffers: &[Some(wgpu::VertexBufferLayout {
-                array_stride: size_of::<Vertex>() as u64,
-                step_mode: wgpu::VertexStepMode::Vertex,
-                attributes: &wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x3],
-            })],
-        },
-        primitive: wgpu::PrimitiveState {
-            cull_mode: Some(wgpu::Face::Back),
-            ..Default::default()
-        },
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Less),
-            stencil: Default::default(),
-            bias: Default::default(),
-        }),
-        multisample: Default::default(),
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some("gbuffer"),
-            compilation_options: Default::default(),
-            targets: &[POSITIONS, NORMALS, IDS].map(|format| Some(format.into())),
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
-}
-
-fn compose_pipeline(
-    device: &wgpu::Device,
-    module: &wgpu::ShaderModule,
-    format: wgpu::TextureFormat,
-) -> wgpu::RenderPipeline {
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("composition"),
-        layout: None,
-        vertex: wgpu::VertexState {
-            module,
-            entry_point: Some("whole_screen"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: Default::default(),
-        depth_stencil: None,
-        multisample: Default::default(),
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some("compose"),
-            compilation_options: Default::default(),
-            targets: &[Some(format.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
 }

@@ -1,0 +1,62 @@
+//! What is seen: a robot and a table on a floor, and the grids of both objects.
+
+use std::error::Error;
+
+use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, UNOBSERVED, post};
+use aogrid_grid_format::{Grid, Source};
+use glam::Vec3;
+
+/// Position and normal; w of the position is the object's id, of which the first moves.
+pub type Vertex = [f32; 7];
+
+/// Half the floor's side.
+pub const FLOOR: f32 = 3.0;
+
+/// Where the table stands.
+pub const TABLE: Vec3 = Vec3::new(1.5, 0.0, -0.9);
+
+/// The vertices of robot, table and floor, and the grids of both objects, baked here and now.
+pub fn models() -> Result<(Vec<Vertex>, Vec<Grid>), Box<dyn Error>> {
+    let [robot, table] = [Sample::Robot, Sample::Table].map(|sample| sample.mesh(None));
+    let (robot, table) = (robot?, table?);
+    let f = FLOOR;
+    let corners = [[-f, 0.0, f], [f, 0.0, f], [f, 0.0, -f], [-f, 0.0, -f]];
+    let [a, b, c, d] = corners;
+    let floor = [[a, b, c], [a, c, d]];
+    let table_there = table
+        .corners()
+        .map(|corners| corners.map(|p| (Vec3::from(p) + TABLE).to_array()));
+    let robot_and_table = robot
+        .corners()
+        .map(|t| (t, 0))
+        .chain(table_there.map(|t| (t, 1)));
+    let all = robot_and_table.chain(floor.map(|t| (t, 2)));
+    let all = all
+        .flat_map(|(triangle, id)| vertices(triangle, id))
+        .collect();
+    Ok((
+        all,
+        vec![bake(&robot, Sample::Robot)?, bake(&table, Sample::Table)?],
+    ))
+}
+
+fn bake(mesh: &TriangleMesh, sample: Sample) -> Result<Grid, Box<dyn Error>> {
+    let (placement, options) = (Placement::default(), BakeOptions::recommended());
+    let spec = placement.place(&mesh.bounds())?;
+    let raw = aogrid_baker_cpu::bake(mesh, spec, &options, UNOBSERVED)?;
+    let source = Source {
+        name: sample.name().into(),
+        part: None,
+        blake3: "0".repeat(64),
+        triangles: mesh.triangles().len() as u64,
+    };
+    Ok(post::finish(raw, &placement, &options, source)?)
+}
+
+/// A triangle with its own normal.
+fn vertices(triangle: [[f32; 3]; 3], id: u8) -> [Vertex; 3] {
+    let [a, b, c] = triangle.map(Vec3::from);
+    let n = (b - a).cross(c - a).normalize_or_zero();
+    [a, b, c].map(|p| [p.x, p.y, p.z, f32::from(id), n.x, n.y, n.z])
+}

@@ -1,0 +1,76 @@
+//! Textures of the window's size.
+
+use crate::shadows::{BLENDED, STORED};
+
+pub const POSITIONS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+pub const NORMALS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+pub const IDS: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
+pub const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+pub struct Targets {
+    pub positions: wgpu::TextureView,
+    pub normals: wgpu::TextureView,
+    pub ids: wgpu::TextureView,
+    pub depth: wgpu::TextureView,
+    pub blended: wgpu::TextureView,
+    pub stored: wgpu::TextureView,
+}
+
+impl Targets {
+    pub fn new(device: &wgpu::Device, size: [u32; 2]) -> Self {
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
+        let view = |format| texture(device, size, format, usage).create_view(&Default::default());
+        Self {
+            positions: view(POSITIONS),
+            normals: view(NORMALS),
+            ids: view(IDS),
+            depth: view(DEPTH),
+            blended: view(BLENDED),
+            stored: texture(
+                device,
+                size,
+                STORED,
+                wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
+            )
+            .create_view(&Default::default()),
+        }
+    }
+}
+
+pub fn texture(
+    device: &wgpu::Device,
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d {
+            width,
+            height,
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
+}
+
+/// A target of a render pass.
+pub fn attachment(
+    view: &wgpu::TextureView,
+    load: wgpu::LoadOp<wgpu::Color>,
+) -> Option<wgpu::RenderPassColorAttachment<'_>> {
+    Some(wgpu::RenderPassColorAttachment {
+        view,
+        depth_slice: None,
+        resolve_target: None,
+        ops: wgpu::Operations {
+            load,
+            store: wgpu::StoreOp::Store,
+        },
+    })
+}
