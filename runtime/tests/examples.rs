@@ -51,13 +51,17 @@ fn picture(command: &mut Command, png: &Path) -> RgbaImage {
 
 /// The mean of a square of 8×8 pixels around a place in a picture, each 0..1 of its size.
 fn brightness(picture: &RgbaImage, x: f32, y: f32) -> f32 {
+    colour(picture, x, y).iter().sum::<f32>() / 3.0
+}
+
+/// The same of each colour.
+fn colour(picture: &RgbaImage, x: f32, y: f32) -> [f32; 3] {
     let at = |t: f32, size: u32| (t * size as f32) as u32 - 4;
     let (x, y) = (at(x, picture.width()), at(y, picture.height()));
     let pixels = (0..64).map(|i| picture.get_pixel(x + i % 8, y + i / 8).0);
-    let sum: u32 = pixels
-        .map(|[r, g, b, _]| u32::from(r) + u32::from(g) + u32::from(b))
-        .sum();
-    sum as f32 / (3.0 * 64.0 * 255.0)
+    pixels.fold([0.0; 3], |sum, pixel| {
+        std::array::from_fn(|c| sum[c] + f32::from(pixel[c]) / (64.0 * 255.0))
+    })
 }
 
 fn robot() -> Vec<u8> {
@@ -123,7 +127,8 @@ struct Display {
 impl Display {
     fn new() -> Option<Self> {
         let server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1024x768x24"])
+            // Without `-noreset` it starts anew after each window, and is away meanwhile.
+            .args(["-displayfd", "1", "-noreset", "-screen", "0", "1024x768x24"])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn();
@@ -162,12 +167,12 @@ fn the_window_shows_an_object_and_its_shadow() {
     };
     let folder = tempfile::tempdir().unwrap();
     let png = folder.path().join("out.png");
-    let screenshot = |key: &str| {
+    let screenshot = |keys: &str| {
         let mut command = Command::new(&example);
         command
             .arg("--screenshot")
             .arg(&png)
-            .arg(key)
+            .args(keys.split(' '))
             .env("DISPLAY", &display.name);
         picture(&mut command, &png)
     };
@@ -189,4 +194,25 @@ fn the_window_shows_an_object_and_its_shadow() {
     });
     // Where one object alone is near, all ways are one: to a half and a byte.
     assert!(shadows.iter().all(|s| (s - shadows[0]).abs() < 0.005));
+
+    // Between a red wall on the left and a blue one the robot hides blue from the floor to its left,
+    // and red from that to its right. Darkness without a direction is alike on both sides.
+    let lit = ["1 e", "2 e", "3 e", "4 e", "5 e", "6 e"].map(|keys| {
+        let picture = screenshot(keys);
+        let [left, right] = [(0.44, 0.6), (0.53, 0.635)].map(|(x, y)| {
+            let [red, _, blue] = colour(&picture, x, y);
+            red / blue
+        });
+        let under = brightness(&picture, 0.53, 0.635);
+        println!("{keys}: {left} {right}, {under}");
+        (left / right, under)
+    });
+    let [open, darkened, axes @ ..] = lit;
+    assert!((open.0 - 1.0).abs() < 0.01 && (darkened.0 - 1.0).abs() < 0.01);
+    assert!(darkened.1 < open.1 - 0.03);
+    for (reddened, under) in axes {
+        assert!(reddened > 1.05 && (reddened - axes[0].0).abs() < 0.01);
+        // The same amount is taken away, of other colours: and once.
+        assert!((under - darkened.1).abs() < 0.05);
+    }
 }

@@ -35,9 +35,12 @@ fn gbuffer(in: Surface) -> GBuffer {
 
 @group(0) @binding(0) var positions: texture_2d<f32>;
 @group(0) @binding(1) var normals: texture_2d<f32>;
-@group(0) @binding(2) var transmittances: texture_2d<f32>;
+/// Light from all around.
+@group(0) @binding(2) var light: texture_2d<f32>;
+/// What is left of it.
+@group(0) @binding(3) var transmittances: texture_2d<f32>;
 /// 1 for the channel that holds them, else 0.
-@group(0) @binding(3) var<uniform> channel: vec4f;
+@group(0) @binding(4) var<uniform> channel: vec4f;
 
 @vertex
 fn whole_screen(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
@@ -52,7 +55,8 @@ fn compose(@builtin(position) pixel: vec4f) -> @location(0) vec4f {
         return vec4f(0.80, 0.86, 0.92, 1.0);
     }
     let n = 2.0 * textureLoad(normals, at, 0).xyz - 1.0;
-    let ambient = vec3f(0.62, 0.64, 0.68) * dot(textureLoad(transmittances, at, 0), channel);
+    let left = dot(textureLoad(transmittances, at, 0), channel);
+    let ambient = textureLoad(light, at, 0).rgb * left;
     let lamp = vec3f(0.30, 0.28, 0.24) * max(0.0, dot(n, normalize(vec3f(0.4, 0.8, 0.5))));
     return vec4f(ambient + lamp, 1.0);
 }

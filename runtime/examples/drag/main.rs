@@ -5,14 +5,17 @@
 //! ```
 //!
 //! Left button: drag the robot, to the table for example. 1: no occlusion, 2: occlusion alone,
-//! 3: cones, multiplied, 4: merged; 5 and 6 the same in tiles. The title says how long a frame takes.
-//! `--screenshot OUT.png` draws a few frames, writes the last one and ends; a digit after it is a key
-//! to press before.
+//! 3: cones, multiplied, 4: merged; 5 and 6 the same in tiles. E: light from a sky between a red wall
+//! and a blue-green one in place of light that is the same from everywhere, on and off; what cones hide is
+//! taken away by its direction, occlusion alone darkens. The title says how long a frame takes.
+//! `--screenshot OUT.png` draws a few frames, writes the last one and ends; digits and `e` after it
+//! are keys to press before.
 
 mod pipelines;
 mod renderer;
 mod scene;
 mod shadows;
+mod sky;
 mod targets;
 
 use std::error::Error;
@@ -35,43 +38,62 @@ const WARM_UP: u32 = 5;
 /// How much of a frame's time the shown average takes in.
 const SMOOTHING: f32 = 0.1;
 
-const KEYS: [KeyCode; 6] = [
-    KeyCode::Digit1,
-    KeyCode::Digit2,
-    KeyCode::Digit3,
-    KeyCode::Digit4,
-    KeyCode::Digit5,
-    KeyCode::Digit6,
+/// What a key does.
+#[derive(Clone, Copy)]
+enum Action {
+    Shade(Shading),
+    ToggleSky,
+}
+
+/// Keys, as a window and a command line name them.
+const KEYS: [(KeyCode, &str, Action); 7] = [
+    (KeyCode::Digit1, "1", Action::Shade(Shading::None)),
+    (KeyCode::Digit2, "2", Action::Shade(Shading::Occlusion)),
+    (
+        KeyCode::Digit3,
+        "3",
+        Action::Shade(Shading::Cone(Combine::Multiply)),
+    ),
+    (
+        KeyCode::Digit4,
+        "4",
+        Action::Shade(Shading::Cone(Combine::Merge)),
+    ),
+    (
+        KeyCode::Digit5,
+        "5",
+        Action::Shade(Shading::Tiled(Combine::Multiply)),
+    ),
+    (
+        KeyCode::Digit6,
+        "6",
+        Action::Shade(Shading::Tiled(Combine::Merge)),
+    ),
+    (KeyCode::KeyE, "e", Action::ToggleSky),
 ];
 
-/// What a digit stands for.
-fn shading(digit: usize) -> Option<Shading> {
-    let ways = [
-        Shading::None,
-        Shading::Occlusion,
-        Shading::Cone(Combine::Multiply),
-        Shading::Cone(Combine::Merge),
-        Shading::Tiled(Combine::Multiply),
-        Shading::Tiled(Combine::Merge),
-    ];
-    ways.get(digit.checked_sub(1)?).copied()
+impl Action {
+    fn run(self, renderer: &mut Renderer) {
+        match self {
+            Self::Shade(shading) => renderer.shading = shading,
+            Self::ToggleSky => renderer.has_sky = !renderer.has_sky,
+        }
+    }
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut args = std::env::args().skip(1);
-    let usage = "usage: drag [--screenshot OUT.png [1..6]]";
+    let usage = "usage: drag [--screenshot OUT.png [1..6|e]...]";
     let screenshot = match (args.next().as_deref(), args.next()) {
         (None, _) => None,
         (Some("--screenshot"), Some(path)) => Some(path),
         _ => return Err(usage.into()),
     };
-    let key = args.next().map(|key| {
-        let key = key.parse().ok().and_then(shading);
-        key.ok_or(usage)
-    });
+    let key = |key: String| KEYS.iter().find(|(_, name, _)| *name == key);
+    let action = args.map(|arg| key(arg).map(|(.., action)| *action).ok_or(usage));
     let mut app = App {
         screenshot,
-        first: key.transpose()?,
+        first: action.collect::<Result<_, _>>()?,
         ..App::default()
     };
     EventLoop::new()?.run_app(&mut app)?;
@@ -82,7 +104,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 struct App {
     shown: Option<(Arc<Window>, Renderer)>,
     screenshot: Option<String>,
-    first: Option<Shading>,
+    /// Keys to press before the first frame.
+    first: Vec<Action>,
     failure: Option<Box<dyn Error>>,
     cursor: [f32; 2],
     is_dragging: bool,
@@ -97,7 +120,7 @@ impl ApplicationHandler for App {
         }
         match open(event_loop) {
             Ok((window, mut renderer)) => {
-                renderer.shading = self.first.unwrap_or(renderer.shading);
+                self.first.iter().for_each(|key| key.run(&mut renderer));
                 self.shown = Some((window, renderer));
             }
             Err(error) => self.fail(event_loop, error),
@@ -126,10 +149,11 @@ impl ApplicationHandler for App {
             }
             WindowEvent::KeyboardInput { event, .. } => match event.physical_key {
                 PhysicalKey::Code(KeyCode::Escape) => event_loop.exit(),
-                PhysicalKey::Code(code) => {
-                    let key = KEYS.iter().position(|key| *key == code);
-                    let chosen = key.and_then(|idx| shading(idx + 1));
-                    renderer.shading = chosen.unwrap_or(renderer.shading);
+                PhysicalKey::Code(code) if event.state.is_pressed() && !event.repeat => {
+                    let key = KEYS.iter().find(|(key, ..)| *key == code);
+                    if let Some((.., action)) = key {
+                        action.run(renderer);
+                    }
                 }
                 _ => {}
             },
@@ -157,7 +181,7 @@ impl App {
         self.frames += 1;
         self.milliseconds += SMOOTHING * (milliseconds - self.milliseconds);
         let shown = self.milliseconds;
-        window.set_title(&format!("aogrid: {shown:.1} ms a frame; drag, 1 to 6"));
+        window.set_title(&format!("aogrid: {shown:.1} ms a frame; drag, 1 to 6, E"));
     }
 
     fn end_with_screenshot(&mut self, event_loop: &ActiveEventLoop) -> Result<(), Box<dyn Error>> {

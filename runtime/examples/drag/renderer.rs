@@ -1,4 +1,4 @@
-//! A small deferred renderer: G-buffer, occlusion pass, composition.
+//! A small deferred renderer: G-buffer, occlusion, light from all around, composition.
 
 use std::error::Error;
 use std::sync::Arc;
@@ -11,8 +11,17 @@ use winit::window::Window;
 
 use crate::pipelines;
 use crate::scene::{FLOOR, TABLE, Vertex, models};
-use crate::shadows::{Shading, Shadows, View};
+use crate::shadows::{LAST, Left, Shading, Shadows, View};
+use crate::sky::Sky;
 use crate::targets::{DEPTH, Targets, attachment, texture};
+
+/// Light that comes from everywhere alike, where there is no sky.
+const AMBIENT: wgpu::Color = wgpu::Color {
+    r: 0.62,
+    g: 0.64,
+    b: 0.68,
+    a: 1.0,
+};
 
 pub struct Renderer {
     device: wgpu::Device,
@@ -28,9 +37,12 @@ pub struct Renderer {
     /// Which channel of the transmittances' texture holds them.
     channel: wgpu::Buffer,
     shadows: Shadows,
+    sky: Sky,
     targets: Targets,
     object: Vec3,
     pub shading: Shading,
+    /// Whether the sky lights the scene, and not the same light from everywhere.
+    pub has_sky: bool,
 }
 
 impl Renderer {
@@ -92,9 +104,11 @@ impl Renderer {
                 mapped_at_creation: false,
             }),
             shadows: Shadows::new(&device, &queue, &grids, DEPTH)?,
+            sky: Sky::new(&device, &queue)?,
             targets: Targets::new(&device, [width, height]),
             object: Vec3::ZERO,
             shading: Shading::Cone(Combine::Multiply),
+            has_sky: false,
             device,
             queue,
             surface,
@@ -197,6 +211,7 @@ impl Renderer {
             normals: &targets.normals,
             ids: &targets.ids,
             depth: &targets.depth,
+            darkened: &targets.darkened,
             blended: &targets.blended,
             stored: &targets.stored,
         };
@@ -206,14 +221,43 @@ impl Renderer {
 
         let mut encoder = self.device.create_command_encoder(&Default::default());
         self.draw_gbuffer(&mut encoder);
-        let (transmittances, channel) =
-            self.shadows
-                .record(&mut encoder, self.shading, &shadows_view);
+        let left = self
+            .shadows
+            .record(&mut encoder, self.shading, &shadows_view);
+        let (transmittances, channel) = self.light(&mut encoder, left)?;
         self.queue
             .write_buffer(&self.channel, 0, bytemuck::cast_slice(&channel));
         self.draw_composition(&mut encoder, view, compose, &transmittances);
         self.queue.submit([encoder.finish()]);
         Ok(())
+    }
+
+    /// Light from all around, less what is hidden of it where there are axes to tell. Where the
+    /// transmittance is by which it is yet to be multiplied: a texture, and its channel.
+    fn light(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        left: Left,
+    ) -> Result<(wgpu::TextureView, [f32; 4]), Box<dyn Error>> {
+        let targets = &self.targets;
+        if self.has_sky {
+            self.sky
+                .prepare(&self.device, &self.queue, &left.sum, &targets.normals)?;
+        }
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("light"),
+            color_attachments: &[attachment(&targets.light, wgpu::LoadOp::Clear(AMBIENT))],
+            ..Default::default()
+        });
+        if !self.has_sky {
+            return Ok(left.transmittance);
+        }
+        self.sky.draw(&mut pass);
+        Ok(match left.has_axes {
+            // Its alpha is 1.
+            true => (targets.light.clone(), LAST),
+            false => left.transmittance,
+        })
     }
 
     fn draw_gbuffer(&self, encoder: &mut wgpu::CommandEncoder) {
@@ -254,6 +298,7 @@ impl Renderer {
         let resources = [
             texture(&self.targets.positions),
             texture(&self.targets.normals),
+            texture(&self.targets.light),
             texture(transmittances),
             self.channel.as_entire_binding(),
         ];

@@ -9,6 +9,8 @@ use aogrid_runtime::{
     TiledFrame, TiledPass, TiledPassDescriptor,
 };
 
+use crate::targets::attachment;
+
 /// How pixels are darkened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shading {
@@ -28,14 +30,30 @@ pub struct View<'a> {
     pub normals: &'a wgpu::TextureView,
     pub ids: &'a wgpu::TextureView,
     pub depth: &'a wgpu::TextureView,
-    /// What raster multiplies into.
+    /// What occlusion alone is multiplied into.
+    pub darkened: &'a wgpu::TextureView,
+    /// What cones are multiplied into by raster.
     pub blended: &'a wgpu::TextureView,
     /// What tiles are written to.
     pub stored: &'a wgpu::TextureView,
 }
 
-pub const BLENDED: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
-pub const STORED: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
+pub const DARKENED: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
+pub const BLENDED: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+pub const STORED: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+
+/// What a way to shade leaves of each pixel.
+pub struct Left {
+    /// Where 1 − AO is: a texture, and its channel.
+    pub transmittance: (wgpu::TextureView, [f32; 4]),
+    /// The sum of all (AO/2) d′, and 1 − AO; nothing hidden, where a way has no axes.
+    pub sum: wgpu::TextureView,
+    /// Whether `sum` has all that is hidden.
+    pub has_axes: bool,
+}
+
+pub const FIRST: [f32; 4] = [1.0, 0.0, 0.0, 0.0];
+pub const LAST: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
 pub struct Shadows {
     occlusion: OcclusionPass,
@@ -59,12 +77,12 @@ impl Shadows {
             compare: wgpu::CompareFunction::GreaterEqual,
         });
         // Cones know a surface of their own object by its normal.
-        let by_raster = |mode, receivers| {
+        let by_raster = |mode, receivers, output, target| {
             let descriptor = OcclusionPassDescriptor {
                 label: format!("{mode:?}"),
                 mode,
-                output: Output::Transmittance,
-                target: BLENDED,
+                output,
+                target,
                 positions: Positions::World,
                 normals: Normals::Unsigned,
                 receivers,
@@ -79,7 +97,7 @@ impl Shadows {
                 label: format!("{combine:?} in tiles"),
                 mode: Mode::Cone,
                 combine,
-                output: Output::Transmittance,
+                output: Output::TransmittanceAndAxis,
                 target: STORED,
                 positions: Positions::World,
                 normals: Normals::Unsigned,
@@ -101,8 +119,18 @@ impl Shadows {
             .iter()
             .map(|grid| GridTexture::new(device, queue, grid, "grid"));
         Ok(Self {
-            occlusion: by_raster(Mode::Occlusion, Receivers::Ids)?,
-            multiply: by_raster(Mode::Cone, Receivers::None)?,
+            occlusion: by_raster(
+                Mode::Occlusion,
+                Receivers::Ids,
+                Output::Transmittance,
+                DARKENED,
+            )?,
+            multiply: by_raster(
+                Mode::Cone,
+                Receivers::None,
+                Output::TransmittanceAndAxis,
+                BLENDED,
+            )?,
             merge: MergePass::new(device, queue, merge)?,
             tiled_multiply: in_tiles(Combine::Multiply)?,
             tiled_merge: in_tiles(Combine::Merge)?,
@@ -157,62 +185,68 @@ impl Shadows {
         Ok(())
     }
 
-    /// Records what was prepared. Where the transmittance is then: a texture, and its channel.
+    /// Records what was prepared.
     pub fn record(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         shading: Shading,
         view: &View<'_>,
-    ) -> (wgpu::TextureView, [f32; 4]) {
-        const FIRST: [f32; 4] = [1.0, 0.0, 0.0, 0.0];
-        const LAST: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
+    ) -> Left {
+        let with_axes = |sum: &wgpu::TextureView| Left {
+            transmittance: (sum.clone(), LAST),
+            sum: sum.clone(),
+            has_axes: true,
+        };
         let tiled = match shading {
             Shading::Tiled(Combine::Multiply) => &self.tiled_multiply,
             Shading::Tiled(Combine::Merge) => &self.tiled_merge,
             Shading::Cone(Combine::Merge) => {
                 self.merge.record(encoder, Some(view.depth));
-                let result = self.merge.result().unwrap_or(view.blended);
-                return (result.clone(), LAST);
+                return with_axes(self.merge.result().unwrap_or(view.blended));
             }
-            Shading::None | Shading::Occlusion | Shading::Cone(Combine::Multiply) => {
-                self.multiply_by_raster(encoder, shading, view);
-                return (view.blended.clone(), FIRST);
+            Shading::None | Shading::Cone(Combine::Multiply) => {
+                let drawn = (shading != Shading::None).then_some(&self.multiply);
+                by_raster(encoder, view, view.blended, OPEN, drawn);
+                return with_axes(view.blended);
+            }
+            Shading::Occlusion => {
+                by_raster(encoder, view, view.blended, OPEN, None);
+                let clear = self.occlusion.clear_color();
+                by_raster(encoder, view, view.darkened, clear, Some(&self.occlusion));
+                return Left {
+                    transmittance: (view.darkened.clone(), FIRST),
+                    sum: view.blended.clone(),
+                    has_axes: false,
+                };
             }
         };
         tiled.dispatch(&mut encoder.begin_compute_pass(&Default::default()));
-        (view.stored.clone(), FIRST)
+        with_axes(view.stored)
     }
+}
 
-    fn multiply_by_raster(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        shading: Shading,
-        view: &View<'_>,
-    ) {
-        let attachment = wgpu::RenderPassColorAttachment {
-            view: view.blended,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations {
-                load: wgpu::LoadOp::Clear(self.multiply.clear_color()),
-                store: wgpu::StoreOp::Store,
-            },
-        };
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("occlusion"),
-            color_attachments: &[Some(attachment)],
-            // No operations: it is only read.
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: view.depth,
-                depth_ops: None,
-                stencil_ops: None,
-            }),
-            ..Default::default()
-        });
-        match shading {
-            Shading::Occlusion => self.occlusion.draw(&mut pass),
-            Shading::Cone(_) => self.multiply.draw(&mut pass),
-            Shading::None | Shading::Tiled(_) => {}
-        }
+/// No axis, and a transmittance of 1.
+const OPEN: wgpu::Color = wgpu::Color::BLACK;
+
+fn by_raster(
+    encoder: &mut wgpu::CommandEncoder,
+    view: &View<'_>,
+    target: &wgpu::TextureView,
+    clear: wgpu::Color,
+    drawn: Option<&OcclusionPass>,
+) {
+    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("occlusion"),
+        color_attachments: &[attachment(target, wgpu::LoadOp::Clear(clear))],
+        // No operations: it is only read.
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: view.depth,
+            depth_ops: None,
+            stencil_ops: None,
+        }),
+        ..Default::default()
+    });
+    if let Some(drawn) = drawn {
+        drawn.draw(&mut pass);
     }
 }

@@ -1,19 +1,23 @@
 //! Textures of the window's size.
 
-use crate::shadows::{BLENDED, STORED};
+use crate::shadows::{BLENDED, DARKENED, STORED};
 
 pub const POSITIONS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 pub const NORMALS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 pub const IDS: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 pub const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+pub const LIGHT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
 pub struct Targets {
     pub positions: wgpu::TextureView,
     pub normals: wgpu::TextureView,
     pub ids: wgpu::TextureView,
     pub depth: wgpu::TextureView,
+    pub darkened: wgpu::TextureView,
     pub blended: wgpu::TextureView,
     pub stored: wgpu::TextureView,
+    /// Light from all around, and in alpha 1.
+    pub light: wgpu::TextureView,
 }
 
 impl Targets {
@@ -21,10 +25,12 @@ impl Targets {
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
         let view = |format| texture(device, size, format, usage).create_view(&Default::default());
         Self {
+            light: view(LIGHT),
             positions: view(POSITIONS),
             normals: view(NORMALS),
             ids: view(IDS),
             depth: view(DEPTH),
+            darkened: view(DARKENED),
             blended: view(BLENDED),
             stored: texture(
                 device,
