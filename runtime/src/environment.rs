@@ -14,11 +14,13 @@
 //! horizon. Its directions do not count alike: the higher, the more. The mean of ω (n·ω) over the cone
 //! points along 3c(1 + c)(d·n) d + (1 − c)(2 + c) n, with c = 1 − 2a, and there A is looked up, with
 //! the weights that the map's levels have within a cone. Against ray tracing that
-//! leaves about half of the error of looking around d (`docs/runtime.md`).
+//! leaves about a third of the error of looking around d (`docs/runtime.md`).
 //!
 //! Several occluders around a receiver are no cone. Their sum of (AO/2) d′ is shorter than AO/2, and
 //! what is hidden is taken to be spread over as wide a cone as that tells, thinly: the floor between
-//! two objects does not mirror one in the middle.
+//! two objects does not mirror one in the middle. AO has a cosine in it, so that the sum is their
+//! cosine-weighted mean already: c is that of the a that they cover, not of the cone that they are
+//! spread over.
 //!
 //! For a lobe no cosine counts. What it shares with the occluded cone is looked up where it is, in
 //! the middle of the lens, and the lobe itself as far as it is above the horizon: a lobe that is
@@ -193,10 +195,11 @@ pub fn aogrid_occluded_fraction(occlusion: f32, cos_beta: f32) -> f32 {
 }
 
 /// A cone as a diffuse receiver weighs it: around the mean of its directions, each counted by its
-/// cosine to the normal.
+/// cosine to the normal. Only what it covers is weighed so: where it is spread over several
+/// occluders, their sum of (AO/2) d′ has counted each by its cosine already.
 pub fn aogrid_cosine_weighted_cone(cone: &AogridCone, normal: [f32; 3]) -> AogridCone {
     let (axis, normal) = (Vec3::from(cone.axis), Vec3::from(normal));
-    let c = 1.0 - 2.0 * cone.fraction;
+    let c = 1.0 - 2.0 * cone.fraction * cone.density;
     let along = 3.0 * c * (1.0 + c) * axis.dot(normal).max(AOGRID_FRACTION_GUARD);
     let sum = along * axis + (1.0 - c) * (2.0 + c) * normal;
     AogridCone {

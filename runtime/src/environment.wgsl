@@ -86,9 +86,11 @@ fn aogrid_occluded_fraction(occlusion: f32, cos_beta: f32) -> f32 {
 }
 
 /// A cone as a diffuse receiver weighs it: around the mean of its directions, each counted by its
-/// cosine to the normal. With c = 1 - 2a that is along 3c(1 + c)(d.n) d + (1 - c)(2 + c) n.
+/// cosine to the normal. With c = 1 - 2a that is along 3c(1 + c)(d.n) d + (1 - c)(2 + c) n, where
+/// a is what the cone covers, not what it is spread over: several occluders' sum of (AO/2) d' has
+/// counted each by its cosine already.
 fn aogrid_cosine_weighted_cone(cone: AogridCone, normal: vec3f) -> AogridCone {
-    let c = fma(-2.0, cone.fraction, 1.0);
+    let c = fma(-2.0 * cone.fraction, cone.density, 1.0);
     let along = 3.0 * c * (1.0 + c) * max(dot(cone.axis, normal), AOGRID_FRACTION_GUARD);
     let sum = along * cone.axis + (1.0 - c) * (2.0 + c) * normal;
     return AogridCone(sum * aogrid_inverse_length(sum), cone.fraction, cone.density);

@@ -6,7 +6,9 @@ mod analytic;
 mod assets;
 /// The same bytes for any number of threads, and for two runs.
 mod determinism;
-/// Light from environments against ray tracing.
+/// Light from environments in scenes by their grids.
+mod environment_grids;
+/// Light from environments by exact cones, against ray tracing.
 mod environment_light;
 /// Maps of radiance: orientation, range, files.
 mod environments;
