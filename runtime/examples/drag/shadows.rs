@@ -52,7 +52,8 @@ pub struct Left {
     pub has_axes: bool,
 }
 
-pub const FIRST: [f32; 4] = [1.0, 0.0, 0.0, 0.0];
+/// Channels of a texture.
+const FIRST: [f32; 4] = [1.0, 0.0, 0.0, 0.0];
 pub const LAST: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
 pub struct Shadows {
@@ -206,13 +207,13 @@ impl Shadows {
             }
             Shading::None | Shading::Cone(Combine::Multiply) => {
                 let drawn = (shading != Shading::None).then_some(&self.multiply);
-                by_raster(encoder, view, view.blended, OPEN, drawn);
+                multiply_by_raster(encoder, view, view.blended, OPEN, drawn);
                 return with_axes(view.blended);
             }
             Shading::Occlusion => {
-                by_raster(encoder, view, view.blended, OPEN, None);
+                multiply_by_raster(encoder, view, view.blended, OPEN, None);
                 let clear = self.occlusion.clear_color();
-                by_raster(encoder, view, view.darkened, clear, Some(&self.occlusion));
+                multiply_by_raster(encoder, view, view.darkened, clear, Some(&self.occlusion));
                 return Left {
                     transmittance: (view.darkened.clone(), FIRST),
                     sum: view.blended.clone(),
@@ -228,7 +229,8 @@ impl Shadows {
 /// No axis, and a transmittance of 1.
 const OPEN: wgpu::Color = wgpu::Color::BLACK;
 
-fn by_raster(
+/// What is drawn, none or a pass, into a target that is cleared first.
+fn multiply_by_raster(
     encoder: &mut wgpu::CommandEncoder,
     view: &View<'_>,
     target: &wgpu::TextureView,
