@@ -11,13 +11,13 @@ use rayon::prelude::*;
 use super::Vertices;
 use super::counters::{Layout, MOST_PLACES, Tile};
 use super::crossings::{AT_ONCE, Batch, Edges, Row};
-use super::frame::Frame;
+use super::frame::{Frame, LANES};
 use super::instructions::{Instructions, Vectors, Work};
 use super::levels::Levels;
 use super::piercings::Piercings;
 use super::silhouettes::{Facing, Facings, List, Lists, Sides};
 use super::steps::{Bytes, Steps, Taken};
-use super::summation::{self, Mask, Shares, Sums};
+use super::summation::{self, Mask, Sums};
 use crate::BakeError;
 
 /// What all passes of a bake share.
@@ -81,8 +81,8 @@ pub(super) struct Workspace {
     /// All zero between groups.
     counters: Box<Bytes>,
     masks: Vec<Mask>,
-    /// Of the cells of a tile, row by row.
-    sums: Vec<Sums>,
+    /// Of the cells of a tile.
+    sums: Sums,
 }
 
 impl Default for Workspace {
@@ -94,7 +94,7 @@ impl Default for Workspace {
             steps: Steps::default(),
             counters: counters.try_into().expect("it has this length"),
             masks: Vec::new(),
-            sums: Vec::new(),
+            sums: Sums::default(),
         }
     }
 }
@@ -157,15 +157,23 @@ impl Pass<'_> {
         }
     }
 
-    /// Adds the sums of a tile to the grid's, and leaves them zero.
-    fn hand_over(&self, tile: &Tile, sums: &mut [Sums]) {
-        let n_u = self.frame.n[0] as usize;
+    /// Adds the sums of a tile to the grid's, in the grid's order, and leaves them zero.
+    fn hand_over(&self, tile: &Tile, sums: &mut Sums) {
+        let Frame { u, v, w, n, .. } = *self.frame;
+        let mut cells = [const { 0..0 }; 3];
+        cells[u] = 0..n[0];
+        cells[v] = tile.j.clone();
+        cells[w] = tile.k.clone();
+        let [x, y, z] = cells;
         let mut all = self.job.sums.lock().expect("no thread has panicked");
-        for row in 0..tile.rows() {
-            for (i, sums) in sums[row * n_u..][..n_u].iter_mut().enumerate() {
-                if !sums.is_zero() {
-                    sums.add_to(&mut all[self.cell_idx(tile, row, i)]);
-                    *sums = Sums::default();
+        for z in z {
+            for y in y.clone() {
+                let first = self.job.mesh.spec().cell_idx([x.start, y, z]);
+                for (x, all) in x.clone().zip(&mut all[first..]) {
+                    let cell = [x, y, z];
+                    let row = (cell[w] - tile.k.start) as usize * tile.j.len();
+                    let row = row + (cell[v] - tile.j.start) as usize;
+                    sums.take(row, cell[u] as usize, all);
                 }
             }
         }
@@ -296,12 +304,14 @@ impl BatchWork<'_> {
         let pass = self.pass;
         let b = pass.first_row + self.row as u32;
         let shares: Vec<_> = (0..pass.frame.blocks())
-            .map(|block| Shares::new(&pass.job.texels, pass.frame, b, block))
+            .map(|block| summation::texels(&pass.job.texels, pass.frame, b, block))
+            .map(|texels| vectors.shares(&texels))
             .collect();
-        let n_u = layout.n_u as usize;
-        let sums = &mut self.workspace.sums;
-        sums.resize((self.tile.rows() * n_u).max(sums.len()), Sums::default());
-        self.workspace.masks.resize(n_u, 0);
+        let stride = (layout.n_u as usize).next_multiple_of(LANES);
+        self.workspace.sums.start(self.tile.rows(), stride);
+        // Nobody writes those beyond the row's end.
+        self.workspace.masks.clear();
+        self.workspace.masks.resize(stride, 0);
         for group in 0..layout.groups(self.tile) {
             let Workspace {
                 steps, counters, ..
@@ -321,14 +331,14 @@ impl BatchWork<'_> {
                                 summation::masks(counters, masks);
                             }
                             counters.fill(0);
-                            self.add(strip, &shares);
+                            self.add(vectors, strip, &shares);
                         }
                     }
                 }
                 Taken::Wide(counters) => {
                     for (strip, counters) in strips.zip(counters.chunks_exact(layout.strip())) {
                         summation::masks(counters, &mut self.workspace.masks);
-                        self.add(strip, &shares);
+                        self.add(vectors, strip, &shares);
                     }
                 }
             }
@@ -337,10 +347,10 @@ impl BatchWork<'_> {
 
     /// Adds to the cells of a strip what their masks say.
     #[inline(always)]
-    fn add(&mut self, strip: usize, shares: &[Shares]) {
+    fn add<V: Vectors>(&mut self, vectors: V, strip: usize, shares: &[V::Shares]) {
         let (row, block) = (strip / shares.len(), strip % shares.len());
         let Workspace { masks, sums, .. } = &mut *self.workspace;
-        shares[block].add(masks, &mut sums[row * masks.len()..][..masks.len()]);
+        vectors.add(&shares[block], masks, sums.row(row));
         if let Some(bits) = self.pass.job.bits {
             let b = self.pass.first_row + self.row as u32;
             self.pass.set_bits(self.tile, (row, b, block), masks, bits);
@@ -357,7 +367,7 @@ impl Pass<'_> {
         bits: &Mutex<FaceBits>,
     ) {
         let mut bits = bits.lock().expect("no thread has panicked");
-        for (i, &mask) in masks.iter().enumerate() {
+        for (i, &mask) in masks.iter().enumerate().take(self.frame.n[0] as usize) {
             let cell = self.cell_idx(tile, row, i);
             for bit in (0..Mask::BITS as usize).filter(|bit| mask >> bit & 1 != 0) {
                 if let Some(texel) = summation::texel_of(self.frame, b, block, bit) {

@@ -8,87 +8,129 @@ use super::frame::{Frame, LANES};
 /// Occluded directions of a cell in one block: those of d in bits 0–15, of −d in 16–31.
 pub(super) type Mask = u32;
 
-/// [`FaceSums`] as a machine adds them: at once.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[repr(align(32))]
-pub(super) struct Sums([i32; 8]);
+/// [`FaceSums`] of a tile's cells: quantity by quantity along each row, so that those of
+/// neighbours are next to each other.
+#[derive(Default)]
+pub(super) struct Sums {
+    /// Zero between tiles.
+    of: Vec<i32>,
+    /// Cells along a row, and up to a multiple of [`LANES`].
+    stride: usize,
+}
+
+/// Those of a row: occluded texels, and what [`FixedTexel`] has. `stride` of each.
+const QUANTITIES: usize = 5;
 
 impl Sums {
-    #[inline(always)]
-    pub(super) fn add(&mut self, more: &Self) {
-        for (sum, more) in self.0.iter_mut().zip(&more.0) {
-            *sum += more;
-        }
+    pub(super) fn start(&mut self, rows: usize, stride: usize) {
+        debug_assert!(self.of.iter().all(|sum| *sum == 0));
+        self.stride = stride;
+        self.of
+            .resize(self.of.len().max(rows * QUANTITIES * stride), 0);
     }
 
-    pub(super) fn is_zero(&self) -> bool {
-        self.0[0] == 0
+    #[inline(always)]
+    pub(super) fn row(&mut self, row: usize) -> RowSums<'_> {
+        let n = QUANTITIES * self.stride;
+        let mut quantities = self.of[row * n..][..n].chunks_exact_mut(self.stride);
+        RowSums(std::array::from_fn(|_| {
+            quantities.next().expect("there are five")
+        }))
     }
 
-    /// Adds to the sums of a cell.
+    /// Adds a cell's to those of all batches, and leaves zero.
     #[inline(always)]
-    pub(super) fn add_to(&self, sums: &mut FaceSums) {
-        let [count, a, m @ .., _, _, _] = self.0;
-        sums.count += count as u32;
-        sums.a += a;
-        for (sum, m) in sums.m.iter_mut().zip::<[i32; 3]>(m) {
-            *sum += m;
+    pub(super) fn take(&mut self, row: usize, cell: usize, into: &mut FaceSums) {
+        let first = row * QUANTITIES * self.stride + cell;
+        let mut take = |quantity| std::mem::take(&mut self.of[first + quantity * self.stride]);
+        into.count += take(0).cast_unsigned();
+        into.a += take(1);
+        for (quantity, m) in (2..).zip(&mut into.m) {
+            *m += take(quantity);
         }
     }
 }
 
-impl From<&FixedTexel> for Sums {
-    fn from(texel: &FixedTexel) -> Self {
-        let [x, y, z] = texel.m;
-        Self([1, texel.a, x, y, z, 0, 0, 0])
+/// The sums of a row's cells: occluded texels, moment 0, moment 1.
+pub(super) struct RowSums<'a>(pub [&'a mut [i32]; QUANTITIES]);
+
+impl RowSums<'_> {
+    pub(super) fn add(&mut self, cell: usize, count: u32, share: &Share) {
+        let [counts, shares @ ..] = &mut self.0;
+        counts[cell] += count.cast_signed();
+        for (sums, share) in shares.iter_mut().zip(share) {
+            sums[cell] += share;
+        }
     }
+}
+
+/// Of the moments: of a [`FixedTexel`], or of several.
+pub(super) type Share = [i32; 4];
+
+/// The shares of the texels that the bits of a [`Mask`] are: zero for lanes beyond the face's
+/// side.
+pub(super) type Texels = [Share; Mask::BITS as usize];
+
+/// Those of one batch and block.
+pub(super) fn texels(all: &[FixedTexel], frame: &Frame, b: u32, block: usize) -> Texels {
+    std::array::from_fn(|bit| {
+        let texel = texel_of(frame, b, block, bit).map(|texel| all[texel]);
+        let FixedTexel { a, m: [x, y, z] } = texel.unwrap_or_default();
+        [a, x, y, z]
+    })
+}
+
+/// The share of each subset of some texels next to each other: N is 2 to the power of how many
+/// bits are looked up at once. Beyond the last texel there is nothing.
+pub(super) fn subsets<const N: usize>(texels: &Texels, first: usize) -> [Share; N] {
+    let mut shares = [Share::default(); N];
+    for bits in 1..N {
+        // All but the lowest bit, and that one.
+        let texel = texels.get(first + bits.trailing_zeros() as usize);
+        let [rest, texel] = [
+            shares[bits & (bits - 1)],
+            texel.copied().unwrap_or_default(),
+        ];
+        shares[bits] = std::array::from_fn(|i| rest[i] + texel[i]);
+    }
+    shares
 }
 
 /// Bits of a [`Mask`] that are looked up at once: few, so that the tables stay in a core's
 /// first cache with the counters.
 const BITS: usize = 4;
-const TABLES: usize = Mask::BITS as usize / BITS;
 
-/// The texels' shares of one batch and block, summed beforehand.
-#[derive(Clone)]
-pub(super) struct Shares([[Sums; 1 << BITS]; TABLES]);
+/// The shares of all masks, in parts.
+pub(super) struct Shares([[Share; 1 << BITS]; Mask::BITS as usize / BITS]);
 
 impl Shares {
-    pub(super) fn new(texels: &[FixedTexel], frame: &Frame, b: u32, block: usize) -> Self {
-        let mut shares = [[Sums::default(); 1 << BITS]; TABLES];
-        for (first, table) in (0..).step_by(BITS).zip(&mut shares) {
-            for bits in 1..1_usize << BITS {
-                // All but the lowest bit, and that one.
-                let mut sums = table[bits & (bits - 1)];
-                let bit = first + bits.trailing_zeros() as usize;
-                if let Some(texel) = texel_of(frame, b, block, bit) {
-                    sums.add(&Sums::from(&texels[texel]));
-                }
-                table[bits] = sums;
+    pub(super) fn new(texels: &Texels) -> Self {
+        Self(std::array::from_fn(|part| subsets(texels, part * BITS)))
+    }
+
+    #[inline(always)]
+    fn of(&self, mask: Mask) -> Share {
+        let mut share = Share::default();
+        for (idx, table) in self.0.iter().enumerate() {
+            let part = table[(mask >> (idx * BITS)) as usize & ((1 << BITS) - 1)];
+            for (sum, part) in share.iter_mut().zip(part) {
+                *sum += part;
             }
         }
-        Self(shares)
+        share
     }
 
+    /// Adds to each cell of a row what its mask says. This is what faster ways have to agree
+    /// with.
     #[inline(always)]
-    fn of(&self, mask: Mask) -> Sums {
-        let mut sums = Sums::default();
-        for (idx, table) in self.0.iter().enumerate() {
-            sums.add(&table[(mask >> (idx * BITS)) as usize & ((1 << BITS) - 1)]);
-        }
-        sums
-    }
-
-    /// Adds to each cell of a row what its mask says.
-    #[inline(always)]
-    pub(super) fn add(&self, masks: &[Mask], sums: &mut [Sums]) {
-        let (mut last, mut share) = (0, Sums::default());
-        for (&mask, sums) in masks.iter().zip(sums) {
+    pub(super) fn add(&self, masks: &[Mask], mut sums: RowSums<'_>) {
+        let (mut last, mut count, mut share) = (0, 0, Share::default());
+        for (cell, &mask) in masks.iter().enumerate() {
             // Neighbours mostly see the same.
             if mask != last {
-                (last, share) = (mask, self.of(mask));
+                (last, count, share) = (mask, mask.count_ones(), self.of(mask));
             }
-            sums.add(&share);
+            sums.add(cell, count, &share);
         }
     }
 }

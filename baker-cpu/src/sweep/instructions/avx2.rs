@@ -7,7 +7,7 @@
 
 use std::arch::x86_64::*;
 
-use super::{Mask, Vectors, Work};
+use super::{Mask, RowSums, Tables, Texels, Vectors, Work};
 use crate::sweep::counters::COLUMN;
 
 /// The proof that the machine has AVX2, and what came before it.
@@ -34,6 +34,18 @@ impl Avx2 {
 }
 
 impl Vectors for Avx2 {
+    type Shares = Shares;
+
+    fn shares(self, texels: &Texels) -> Shares {
+        Tables::new(texels)
+    }
+
+    #[inline(always)]
+    fn add(self, shares: &Shares, masks: &[Mask], sums: RowSums<'_>) {
+        // SAFETY: the machine has the instructions, or there were no `self`.
+        unsafe { add(shares, masks, sums) }
+    }
+
     #[inline(always)]
     fn narrow_masks(self, counters: &[i8], masks: &mut [Mask]) -> bool {
         // SAFETY: the machine has the instructions, or there were no `self`.
@@ -68,4 +80,66 @@ fn narrow_masks(counters: &[i8], masks: &mut [Mask]) -> bool {
     }
     let is = |bytes, value| _mm256_movemask_epi8(_mm256_cmpeq_epi8(bytes, _mm256_set1_epi8(value)));
     is(lowest, i8::MIN) | is(highest, i8::MAX) != 0
+}
+
+/// Numbers of four bytes in a register.
+const LANES: usize = 8;
+
+/// The bits that choose one of a register's numbers.
+const BITS: usize = LANES.ilog2() as usize;
+type Shares = Tables<LANES, { (Mask::BITS as usize).div_ceil(BITS) }>;
+
+#[target_feature(enable = "avx2")]
+#[inline]
+fn load_ints(from: &[i32; LANES]) -> __m256i {
+    // SAFETY: eight numbers are 32 bytes, and need not be aligned.
+    unsafe { _mm256_loadu_si256(from.as_ptr().cast()) }
+}
+
+/// Adds eight numbers to others.
+#[target_feature(enable = "avx2")]
+#[inline]
+fn add_to(sums: &mut [i32; LANES], more: __m256i) {
+    let sum = _mm256_add_epi32(load_ints(sums), more);
+    // SAFETY: as `load_ints`.
+    unsafe { _mm256_storeu_si256(sums.as_mut_ptr().cast(), sum) }
+}
+
+/// [`summation::Shares::add`](crate::sweep::summation::Shares::add): eight cells at a time, whose
+/// bits choose from registers.
+#[target_feature(enable = "avx2")]
+#[inline]
+fn add(shares: &Shares, masks: &[Mask], sums: RowSums<'_>) {
+    let mut sums = sums
+        .0
+        .map(|sums| sums.as_chunks_mut::<LANES>().0.iter_mut());
+    for masks in masks.as_chunks::<LANES>().0 {
+        let [counts, shares_of @ ..] = sums.each_mut().map(|sums| sums.next().expect("one a mask"));
+        let mut left = load_ints(&masks.map(u32::cast_signed));
+        add_to(counts, count_ones(left));
+        let mut more = [_mm256_setzero_si256(); 4];
+        for part in &shares.0 {
+            for (more, table) in more.iter_mut().zip(part) {
+                let chosen = _mm256_permutevar8x32_epi32(load_ints(table), left);
+                *more = _mm256_add_epi32(*more, chosen);
+            }
+            left = _mm256_srli_epi32::<{ BITS as i32 }>(left);
+        }
+        for (sums, more) in shares_of.into_iter().zip(more) {
+            add_to(sums, more);
+        }
+    }
+}
+
+/// The bits that are set in each of eight numbers.
+#[target_feature(enable = "avx2")]
+#[inline]
+fn count_ones(x: __m256i) -> __m256i {
+    let ones = _mm_setr_epi8(0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4);
+    let ones = _mm256_broadcastsi128_si256(ones);
+    let low = _mm256_set1_epi8(0xf);
+    let [a, b] = [x, _mm256_srli_epi32::<4>(x)].map(|x| _mm256_and_si256(x, low));
+    let bytes = _mm256_add_epi8(_mm256_shuffle_epi8(ones, a), _mm256_shuffle_epi8(ones, b));
+    let pairs = _mm256_maddubs_epi16(bytes, _mm256_set1_epi8(1));
+    _mm256_madd_epi16(pairs, _mm256_set1_epi16(1))
 }

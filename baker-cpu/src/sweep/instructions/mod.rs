@@ -20,12 +20,22 @@ use super::crossings::{self, Batch, Edges, Row};
 use super::levels::Levels;
 use super::silhouettes::Find;
 use super::steps::Steps;
-use super::summation::{self, Mask};
+use super::summation::{self, Mask, RowSums, Texels};
 #[cfg(target_arch = "x86_64")]
 use {avx2::Avx2, avx512::Avx512};
 
 /// What differs between sets of instructions. A value is the proof that the machine has them.
 pub(super) trait Vectors: Copy {
+    /// What [`Vectors::add`] looks up.
+    type Shares;
+
+    /// For one batch and block.
+    fn shares(self, texels: &Texels) -> Self::Shares;
+
+    /// See [`summation::Shares::add`]. Masks are as many as there are sums, a multiple of
+    /// [`LANES`](super::frame::LANES).
+    fn add(self, shares: &Self::Shares, masks: &[Mask], sums: RowSums<'_>);
+
     /// See [`Find::run_portable`].
     #[inline(always)]
     fn find(self, find: Find<'_>) {
@@ -59,11 +69,39 @@ pub(super) trait Vectors: Copy {
     }
 }
 
+/// The shares of all masks, in parts of so many bits as choose one of the N numbers of a register:
+/// quantity by quantity.
+#[cfg(target_arch = "x86_64")]
+#[repr(align(64))]
+pub(super) struct Tables<const N: usize, const PARTS: usize>([[[i32; N]; 4]; PARTS]);
+
+#[cfg(target_arch = "x86_64")]
+impl<const N: usize, const PARTS: usize> Tables<N, PARTS> {
+    fn new(texels: &Texels) -> Self {
+        let bits = N.ilog2() as usize;
+        Self(std::array::from_fn(|part| {
+            let subsets = summation::subsets::<N>(texels, part * bits);
+            std::array::from_fn(|quantity| subsets.map(|share| share[quantity]))
+        }))
+    }
+}
+
 /// What every machine has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Portable;
 
-impl Vectors for Portable {}
+impl Vectors for Portable {
+    type Shares = summation::Shares;
+
+    fn shares(self, texels: &Texels) -> Self::Shares {
+        summation::Shares::new(texels)
+    }
+
+    #[inline(always)]
+    fn add(self, shares: &Self::Shares, masks: &[Mask], sums: RowSums<'_>) {
+        shares.add(masks, sums);
+    }
+}
 
 /// A set of instructions that this machine has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

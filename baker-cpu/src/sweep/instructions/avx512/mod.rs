@@ -11,7 +11,7 @@ mod find;
 use std::arch::x86_64::*;
 
 use super::avx2::Avx2;
-use super::{Batch, Edges, Find, Levels, Mask, Row, Steps, Vectors, Work};
+use super::{Batch, Edges, Find, Levels, Mask, Row, RowSums, Steps, Tables, Texels, Vectors, Work};
 use crate::sweep::frame::LANES;
 use crate::sweep::levels::{FRACTION_BITS, FRACTIONS};
 use crate::sweep::silhouettes::Sides as EdgeSides;
@@ -35,6 +35,18 @@ impl Avx512 {
 }
 
 impl Vectors for Avx512 {
+    type Shares = Shares;
+
+    fn shares(self, texels: &Texels) -> Shares {
+        Tables::new(texels)
+    }
+
+    #[inline(always)]
+    fn add(self, shares: &Shares, masks: &[Mask], sums: RowSums<'_>) {
+        // SAFETY: the machine has the instructions, or there were no `self`.
+        unsafe { add(shares, masks, sums) }
+    }
+
     #[inline(always)]
     fn find(self, find: Find<'_>) {
         // SAFETY: the machine has the instructions, or there were no `self`.
@@ -293,4 +305,53 @@ fn put<T: Number, const N: usize>(chosen: __mmask16, from: __m512i, to: &mut [T;
     let room = to[at..].first_chunk_mut::<LANES>();
     let room = room.expect("there is room for sixteen");
     store(_mm512_maskz_compress_epi32(chosen, from), room);
+}
+
+/// The bits that choose one of a register's numbers.
+const BITS: usize = LANES.ilog2() as usize;
+type Shares = Tables<LANES, { Mask::BITS as usize / BITS }>;
+
+/// Adds sixteen numbers to others.
+#[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
+#[inline]
+fn add_to(sums: &mut [i32; LANES], more: __m512i) {
+    store(_mm512_add_epi32(ints(sums), more), sums);
+}
+
+/// [`summation::Shares::add`](crate::sweep::summation::Shares::add): sixteen cells at a time, whose
+/// bits choose from registers.
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
+#[inline]
+fn add(shares: &Shares, masks: &[Mask], sums: RowSums<'_>) {
+    let mut sums = sums
+        .0
+        .map(|sums| sums.as_chunks_mut::<LANES>().0.iter_mut());
+    for masks in masks.as_chunks::<LANES>().0 {
+        let [counts, shares_of @ ..] = sums.each_mut().map(|sums| sums.next().expect("one a mask"));
+        let mut left = unsigned(masks);
+        add_to(counts, count_ones(left));
+        let mut more = [_mm512_setzero_si512(); 4];
+        for part in &shares.0 {
+            for (more, table) in more.iter_mut().zip(part) {
+                *more = _mm512_add_epi32(*more, _mm512_permutexvar_epi32(left, ints(table)));
+            }
+            left = _mm512_srli_epi32::<{ BITS as u32 }>(left);
+        }
+        for (sums, more) in shares_of.into_iter().zip(more) {
+            add_to(sums, more);
+        }
+    }
+}
+
+/// The bits that are set in each of sixteen numbers.
+#[target_feature(enable = "avx512f,avx512bw,popcnt,bmi1,bmi2")]
+#[inline]
+fn count_ones(x: __m512i) -> __m512i {
+    let ones = _mm_setr_epi8(0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4);
+    let ones = _mm512_broadcast_i32x4(ones);
+    let low = _mm512_set1_epi8(0xf);
+    let [a, b] = [x, _mm512_srli_epi32::<4>(x)].map(|x| _mm512_and_si512(x, low));
+    let bytes = _mm512_add_epi8(_mm512_shuffle_epi8(ones, a), _mm512_shuffle_epi8(ones, b));
+    let pairs = _mm512_maddubs_epi16(bytes, _mm512_set1_epi8(1));
+    _mm512_madd_epi16(pairs, _mm512_set1_epi16(1))
 }
