@@ -1,11 +1,9 @@
 //! Crossings: where edges pass through the plane of a row, and the cells from which on that
 //! matters.
 
-use aogrid_bake_core::prepared::Edge;
-
 use super::frame::{Frame, LANES};
 use super::levels::{Levels, RowLevel};
-use super::silhouettes::{Facing, Sides};
+use super::silhouettes::{Facing, List, Sides};
 use super::steps::{Lanes, Steps};
 
 /// An end of an edge as one batch sees it.
@@ -166,20 +164,40 @@ impl Edges {
 /// Collects those of some silhouettes of two triangles that cross a level. There is room.
 #[inline(always)]
 pub(super) fn collect(row: &Row<'_>, edges: &mut Edges) {
-    for (&idx, &sides) in row.edges.iter().zip(row.sides) {
-        edges.push(row.of[idx as usize].vertices, row.ranks, sides);
+    for (&vertices, &sides) in row.vertices.iter().zip(row.sides) {
+        edges.push(vertices, row.ranks, sides);
     }
 }
 
 /// Up to [`AT_ONCE`] silhouettes of a face's row.
 pub(super) struct Row<'a> {
-    /// Numbers among all edges.
-    pub edges: &'a [u32],
+    pub vertices: &'a [[u32; 2]],
     pub sides: &'a [Sides],
-    /// All edges.
-    pub of: &'a [Edge],
     /// Of all vertices.
     pub ranks: &'a [i32],
+}
+
+impl<'a> Row<'a> {
+    /// Those of a list from a place on, and the number of the next.
+    pub(super) fn new(list: &'a List, first: usize, ranks: &'a [i32]) -> (Self, usize) {
+        let next = (first + AT_ONCE).min(list.sides.len());
+        let row = Self {
+            vertices: &list.vertices[first..next],
+            sides: &list.sides[first..next],
+            ranks,
+        };
+        (row, next)
+    }
+
+    /// Without the first `n`.
+    #[cfg(target_arch = "x86_64")]
+    pub(super) fn after(&self, n: usize) -> Self {
+        Self {
+            vertices: &self.vertices[n..],
+            sides: &self.sides[n..],
+            ranks: self.ranks,
+        }
+    }
 }
 
 /// Edges that are collected at once.

@@ -15,7 +15,7 @@ use super::frame::{Frame, LANES};
 use super::instructions::{Instructions, Vectors, Work};
 use super::levels::Levels;
 use super::piercings::Piercings;
-use super::silhouettes::{Facing, Facings, List, Lists, Sides};
+use super::silhouettes::{Facing, Facings, Lists, Sides};
 use super::steps::{Bytes, Steps, Taken};
 use super::summation::{self, Mask, Sums};
 use crate::BakeError;
@@ -236,22 +236,14 @@ impl BatchWork<'_> {
     #[inline(always)]
     fn count_pairs<V: Vectors>(&mut self, vectors: V, batch: &Batch<'_>) {
         for lists in self.pass.lists {
-            let List { edges, sides } = &lists[self.row];
-            for (edges, sides) in edges.chunks(AT_ONCE).zip(sides.chunks(AT_ONCE)) {
+            let list = &lists[self.row];
+            let mut first = 0;
+            while first < list.sides.len() {
                 self.make_room(vectors, batch, 2);
-                let of = self.pass.job.mesh.edges();
-                let Workspace {
-                    edges: collected,
-                    ranks,
-                    ..
-                } = &mut *self.workspace;
-                let row = Row {
-                    edges,
-                    sides,
-                    of,
-                    ranks,
-                };
-                vectors.collect(&row, collected);
+                let Workspace { edges, ranks, .. } = &mut *self.workspace;
+                let (row, next) = Row::new(list, first, ranks);
+                vectors.collect(&row, edges);
+                first = next;
             }
         }
         self.count_collected(vectors, batch, 2);

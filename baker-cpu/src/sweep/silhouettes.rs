@@ -141,27 +141,34 @@ fn whole_part(x: f32) -> u32 {
 /// The edges that are silhouettes for some texel of a face's row.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct List {
-    /// Their numbers, ascending.
-    pub edges: Vec<u32>,
-    /// The facings of each one's triangles along it: here, and not looked up again among all
-    /// triangles.
+    /// Their vertices: here, and not looked up again among all edges, for which one would have
+    /// to wait.
+    pub vertices: Vec<[u32; 2]>,
+    /// The facings of each one's triangles along it.
     pub sides: Vec<Sides>,
+}
+
+impl List {
+    fn clear(&mut self) {
+        self.vertices.clear();
+        self.sides.clear();
+    }
 }
 
 /// The facings of an edge's two triangles along it, in bits 0–7 and 8–15.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(transparent)]
-pub(super) struct Sides(u32);
+pub(super) struct Sides(u16);
 
 impl Sides {
     #[inline(always)]
     pub(super) fn new(one: Facing, other: Facing) -> Self {
-        Self(u32::from(one.0) | u32::from(other.0) << 8)
+        Self(u16::from_le_bytes([one.0, other.0]))
     }
 
     #[inline(always)]
     pub(super) fn facings(self) -> [Facing; 2] {
-        [Facing(self.0 as u8), Facing((self.0 >> 8) as u8)]
+        self.0.to_le_bytes().map(Facing)
     }
 }
 
@@ -180,15 +187,10 @@ pub(super) fn find(
     lists
         .par_iter_mut()
         .zip(edges.par_chunks(AT_ONCE))
-        .enumerate()
-        .for_each(|(piece, (lists, edges))| {
-            for list in lists.iter_mut() {
-                list.edges.clear();
-                list.sides.clear();
-            }
+        .for_each(|(lists, edges)| {
+            lists.iter_mut().for_each(List::clear);
             instructions.run(Find {
                 edges,
-                first: (piece * AT_ONCE) as u32,
                 facings,
                 n_rows,
                 lists,
@@ -199,8 +201,6 @@ pub(super) fn find(
 /// Some edges, of which the silhouettes of some rows are sought.
 pub(super) struct Find<'a> {
     pub edges: &'a [Edge],
-    /// The number of the first.
-    pub first: u32,
     pub facings: &'a [Facings],
     pub n_rows: usize,
     pub lists: &'a mut Lists,
@@ -227,7 +227,7 @@ impl<'a> Find<'a> {
     #[inline(always)]
     pub(super) fn run_portable(self) {
         let rows = u16::MAX >> (LANES - self.n_rows);
-        for (idx, edge) in (self.first..).zip(self.edges) {
+        for edge in self.edges {
             let sides = self.sides(edge);
             let mut odd = rows & silhouette_rows(sides);
             while odd != 0 {
@@ -235,8 +235,9 @@ impl<'a> Find<'a> {
                 odd &= odd - 1;
                 let [one, other] = edge.sides;
                 let [one, other] = [sides[0].0[row].along(one), sides[1].0[row].along(other)];
-                self.lists[row].edges.push(idx);
-                self.lists[row].sides.push(Sides::new(one, other));
+                let list = &mut self.lists[row];
+                list.vertices.push(edge.vertices);
+                list.sides.push(Sides::new(one, other));
             }
         }
     }

@@ -113,8 +113,7 @@ pub(super) enum Instructions {
     Avx512(Avx512),
 }
 
-/// Twice an edge's number, and three times a vertex's, have to fit 31 bits.
-const MOST_EDGES: usize = 1 << 30;
+/// Three times a vertex's number has to fit 31 bits.
 const MOST_VERTICES: usize = (1 << 31) / 3;
 
 /// What is compiled for each set. Implementations and all that they call in their inner loops
@@ -149,7 +148,7 @@ impl Instructions {
 
     /// These, unless the mesh is so large that its indices do not fit their registers.
     pub(super) fn fitting(self, mesh: &PreparedMesh) -> Self {
-        let fits = mesh.edges().len() <= MOST_EDGES && mesh.vertices().len() <= MOST_VERTICES;
+        let fits = mesh.vertices().len() <= MOST_VERTICES;
         if fits { self } else { Self::Portable(Portable) }
     }
 

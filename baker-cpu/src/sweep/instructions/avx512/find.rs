@@ -7,7 +7,7 @@
 
 use std::arch::x86_64::*;
 
-use super::{append, unsigned};
+use super::{append_pairs, append_sides, fetch, load_pairs, unsigned};
 use crate::sweep::frame::LANES;
 use crate::sweep::silhouettes::{Facings, Find, List};
 
@@ -18,19 +18,27 @@ use crate::sweep::silhouettes::{Facings, Find, List};
 pub(super) fn find(find: Find<'_>) {
     let rows = u16::MAX >> (LANES - find.n_rows);
     let mut some = Silhouettes::default();
-    for (idx, edge) in (find.first..).zip(find.edges) {
+    for (idx, edge) in find.edges.iter().enumerate() {
+        if let Some(later) = find.edges.get(idx + AHEAD) {
+            for side in later.sides {
+                fetch(&find.facings[side.triangle()]);
+            }
+        }
         let [one, other] = find.sides(edge);
         let [one, other] = [along(one.0, one.1), along(other.0, other.1)];
         let differ = _mm_xor_si128(one, other);
         // The one along the edge and the other against it: they cancel where they are equal.
         let odd = rows & !_mm_cmpeq_epi8_mask(differ, _mm_set1_epi8(i8::MIN));
-        some.put(idx, odd, one, other);
+        some.put(edge.vertices, odd, one, other);
         if some.n == LANES {
             some.share_out(find.n_rows, find.lists);
         }
     }
     some.share_out(find.n_rows, find.lists);
 }
+
+/// Edges whose facings are fetched while others are looked at: memory takes that long.
+const AHEAD: usize = 24;
 
 /// `Facing::along` of sixteen facings.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
@@ -46,7 +54,7 @@ fn along(facings: &Facings, reversed: bool) -> __m128i {
 #[derive(Default)]
 #[repr(align(64))]
 struct Silhouettes {
-    edges: [u32; LANES],
+    vertices: [[u32; 2]; LANES],
     rows: [u32; LANES],
     /// The facings of the two triangles in each row: a number of 16 bits for each.
     sides: [[u32; LANES / 2]; LANES],
@@ -57,9 +65,9 @@ impl Silhouettes {
     /// Adds an edge, unless there is no row in which it is a silhouette.
     #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
     #[inline]
-    fn put(&mut self, edge: u32, rows: u16, one: __m128i, other: __m128i) {
+    fn put(&mut self, vertices: [u32; 2], rows: u16, one: __m128i, other: __m128i) {
         let n = self.n & (LANES - 1);
-        self.edges[n] = edge;
+        self.vertices[n] = vertices;
         self.rows[n] = u32::from(rows);
         let halves = [_mm_unpacklo_epi8(one, other), _mm_unpackhi_epi8(one, other)];
         for (half, sides) in halves.iter().zip(self.sides[n].as_chunks_mut::<4>().0) {
@@ -74,7 +82,7 @@ impl Silhouettes {
     #[inline]
     fn share_out(&mut self, n_rows: usize, lists: &mut [List; LANES]) {
         let alive = ((1_u32 << self.n) - 1) as u16;
-        let edges = unsigned(&self.edges);
+        let vertices = load_pairs(&self.vertices);
         let rows = unsigned(&self.rows);
         for (pair, lists) in lists[..n_rows].chunks_mut(2).enumerate() {
             let sides: [u32; LANES] = std::array::from_fn(|edge| self.sides[edge][pair]);
@@ -86,8 +94,8 @@ impl Silhouettes {
             for ((row, list), sides) in (2 * pair..).zip(lists).zip(of_row) {
                 let bit = _mm512_set1_epi32(1 << row);
                 let chosen = _mm512_mask_test_epi32_mask(alive, rows, bit);
-                append(chosen, edges, &mut list.edges);
-                append(chosen, sides, &mut list.sides);
+                append_pairs(chosen, vertices, &mut list.vertices);
+                append_sides(chosen, sides, &mut list.sides);
             }
         }
         self.n = 0;

@@ -12,6 +12,7 @@ use std::arch::x86_64::*;
 
 use super::avx2::Avx2;
 use super::{Batch, Edges, Find, Levels, Mask, Row, RowSums, Steps, Tables, Texels, Vectors, Work};
+use crate::sweep::crossings::collect as collect_rest;
 use crate::sweep::frame::LANES;
 use crate::sweep::levels::{FRACTION_BITS, FRACTIONS};
 use crate::sweep::silhouettes::Sides as EdgeSides;
@@ -113,16 +114,34 @@ fn unsigned(from: &[u32; LANES]) -> __m512i {
     unsafe { _mm512_loadu_si512(from.as_ptr().cast()) }
 }
 
-/// The chosen ones of sixteen numbers.
+/// Appends the chosen ones of sixteen pairs.
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
-fn append<T: Number>(chosen: __mmask16, from: __m512i, to: &mut Vec<T>) {
+fn append_pairs(chosen: __mmask16, from: [__m512i; 2], to: &mut Vec<[u32; 2]>) {
+    to.reserve(LANES);
+    let chosen = chosen.to_le_bytes();
+    for (chosen, from) in chosen.into_iter().zip(from) {
+        let n = chosen.count_ones() as usize;
+        // SAFETY: there is room for the rest of sixteen pairs of eight bytes, of which the first
+        // n are chosen.
+        unsafe {
+            let from = _mm512_maskz_compress_epi64(chosen, from);
+            _mm512_storeu_si512(to.as_mut_ptr().add(to.len()).cast(), from);
+            to.set_len(to.len() + n);
+        }
+    }
+}
+
+/// Appends the chosen ones of sixteen facings.
+#[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
+#[inline]
+fn append_sides(chosen: __mmask16, from: __m512i, to: &mut Vec<EdgeSides>) {
     to.reserve(LANES);
     let n = chosen.count_ones() as usize;
-    // SAFETY: there is room for sixteen numbers of four bytes, of which the first n are chosen.
+    // SAFETY: there is room for sixteen numbers of two bytes, of which the first n are chosen.
     unsafe {
-        let from = _mm512_maskz_compress_epi32(chosen, from);
-        _mm512_storeu_si512(to.as_mut_ptr().add(to.len()).cast(), from);
+        let from = _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32(chosen, from));
+        _mm256_storeu_si256(to.as_mut_ptr().add(to.len()).cast(), from);
         to.set_len(to.len() + n);
     }
 }
@@ -137,8 +156,15 @@ fn store<T: Number>(from: __m512i, to: &mut [T; LANES]) {
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
 fn load_sides(from: &[EdgeSides; LANES]) -> __m512i {
-    // SAFETY: as `floats`.
-    unsafe { _mm512_loadu_si512(from.as_ptr().cast()) }
+    // SAFETY: sixteen numbers of two bytes are 32 bytes; they need not be aligned.
+    unsafe { _mm512_cvtepu16_epi32(_mm256_loadu_si256(from.as_ptr().cast())) }
+}
+
+#[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
+#[inline]
+fn load_pairs(from: &[[u32; 2]; LANES]) -> [__m512i; 2] {
+    let (halves, _) = from.as_flattened().as_chunks::<LANES>();
+    [unsigned(&halves[0]), unsigned(&halves[1])]
 }
 
 /// A register as numbers. Where it crossed a cache line, each number would be waited for.
@@ -167,7 +193,13 @@ trait Number {}
 impl Number for u32 {}
 impl Number for i32 {}
 impl Number for f32 {}
-impl Number for EdgeSides {}
+
+/// Asks memory for what is soon looked at.
+#[inline(always)]
+fn fetch<T>(soon: &T) {
+    // SAFETY: fetching has no effect but on time, and SSE is part of x86-64.
+    unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(soon).cast()) }
+}
 
 /// What a step of each lane has besides the place of its column.
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
@@ -263,20 +295,15 @@ fn rank(levels: &Levels, fractions: Table, q: __m512) -> __m512i {
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
 #[inline]
 fn collect(row: &Row<'_>, edges: &mut Edges) {
-    let (chunks, rest) = row.edges.as_chunks::<LANES>();
-    let (sides, rest_sides) = row.sides.as_chunks::<LANES>();
-    for (idx, sides) in chunks.iter().zip(sides) {
-        // In numbers of eight bytes: an edge has two, of which the first are its vertices.
-        let of = _mm512_slli_epi32::<1>(unsigned(idx));
-        let all = row.of.as_ptr();
-        // SAFETY: the numbers are those of edges; edges are 16 bytes, with their vertices first,
-        // and so few that twice their number fits (`MOST_EDGES`).
-        let vertices = unsafe {
-            [
-                _mm512_i32gather_epi32::<8>(of, all.cast()),
-                _mm512_i32gather_epi32::<8>(of, all.cast::<u32>().add(1).cast()),
-            ]
-        };
+    let of_pairs = _mm512_set_epi32(30, 28, 26, 24, 22, 20, 18, 16, 14, 12, 10, 8, 6, 4, 2, 0);
+    let firsts = of_pairs;
+    let seconds = _mm512_add_epi32(of_pairs, _mm512_set1_epi32(1));
+    let (vertices, _) = row.vertices.as_chunks::<LANES>();
+    let (sides, _) = row.sides.as_chunks::<LANES>();
+    let whole = LANES * sides.len();
+    for (pairs, sides) in vertices.iter().zip(sides) {
+        let [a, b] = load_pairs(pairs);
+        let vertices = [firsts, seconds].map(|of| _mm512_permutex2var_epi32(a, of, b));
         // SAFETY: edges are of vertices that have ranks.
         let ranks = unsafe {
             [
@@ -290,12 +317,10 @@ fn collect(row: &Row<'_>, edges: &mut Edges) {
             put(crossing, vertices[end], &mut edges.vertices[end], n);
             put(crossing, ranks[end], &mut edges.ranks[end], n);
         }
-        put(crossing, load_sides(sides), &mut edges.sides, n);
+        put_sides(crossing, load_sides(sides), &mut edges.sides, n);
         edges.n += crossing.count_ones() as usize;
     }
-    for (&idx, &sides) in rest.iter().zip(rest_sides) {
-        edges.push(row.of[idx as usize].vertices, row.ranks, sides);
-    }
+    collect_rest(&row.after(whole), edges);
 }
 
 /// Puts the chosen ones of sixteen numbers at a place where there is room for all.
@@ -305,6 +330,17 @@ fn put<T: Number, const N: usize>(chosen: __mmask16, from: __m512i, to: &mut [T;
     let room = to[at..].first_chunk_mut::<LANES>();
     let room = room.expect("there is room for sixteen");
     store(_mm512_maskz_compress_epi32(chosen, from), room);
+}
+
+/// [`put`] of facings.
+#[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
+#[inline]
+fn put_sides<const N: usize>(chosen: __mmask16, from: __m512i, to: &mut [EdgeSides; N], at: usize) {
+    let room = to[at..].first_chunk_mut::<LANES>();
+    let room: &mut [EdgeSides; LANES] = room.expect("there is room for sixteen");
+    let from = _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32(chosen, from));
+    // SAFETY: sixteen numbers of two bytes are 32 bytes; they need not be aligned.
+    unsafe { _mm256_storeu_si256(room.as_mut_ptr().cast(), from) }
 }
 
 /// The bits that choose one of a register's numbers.
