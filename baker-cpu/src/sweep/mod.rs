@@ -60,6 +60,7 @@
 //! bytes; one that is too small for its layers is noticed, and its group is counted again in 32
 //! bits. [Instructions](instructions) says what is done for wide registers.
 
+mod batch;
 mod counters;
 mod crossings;
 mod frame;
@@ -70,28 +71,34 @@ mod piercings;
 mod silhouettes;
 mod steps;
 mod summation;
+mod sums;
 
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize};
 
-use aogrid_bake_core::{FaceBits, Observer, PreparedMesh, RawGrid};
+use aogrid_bake_core::{FaceBits, FixedTexel, Observer, PreparedMesh, RawGrid, fixed_texels};
 use aogrid_grid_format::{FACE_SIZES, Method};
 use rayon::prelude::*;
 
 use crate::BakeError;
+use batch::Workspace;
 use counters::Tile;
-use frame::{Frame, LANES};
+use frame::Frame;
 use instructions::Instructions;
-use pass::{Job, Pass, Workspace};
+use pass::{Job, Pass};
 use piercings::Piercings;
-use silhouettes::{Facings, Lists};
+use silhouettes::Silhouettes;
+use sums::Totals;
 
 /// Bakes faces by the direction sweep, again and again with the same buffers.
 pub struct Sweeper {
     instructions: Instructions,
+    /// Of the last face size.
+    texels: Vec<FixedTexel>,
     vertices: Vertices,
-    facings: Vec<Facings>,
-    lists: Vec<Lists>,
+    silhouettes: [Silhouettes; 3],
     workspaces: Mutex<Vec<Workspace>>,
+    totals: Mutex<Totals>,
 }
 
 /// Positions in cells, twice: by vertex for edges, which jump from vertex to vertex, and by axis
@@ -148,10 +155,11 @@ impl Sweeper {
     fn with(instructions: Instructions) -> Self {
         Self {
             instructions,
+            texels: Vec::new(),
             vertices: Vertices::default(),
-            facings: Vec::new(),
-            lists: Vec::new(),
+            silhouettes: Default::default(),
             workspaces: Mutex::default(),
+            totals: Mutex::default(),
         }
     }
 
@@ -196,54 +204,86 @@ impl Sweeper {
         if !FACE_SIZES.contains(&size) {
             return Err(aogrid_bake_core::OptionsError::FaceSize(size).into());
         }
-        self.vertices.fill(mesh);
-        let job = Job::new(mesh, size, bits, observer);
-        let frames = [0, 1, 2].map(|w| Frame::new(mesh, w, size));
-        let piercings = Piercings::all(mesh, &frames);
-        for (frame, piercings) in frames.iter().zip(&piercings) {
-            self.sweep_axis(&job, frame, piercings)?;
-        }
-        let sums = job.into_sums();
+        // From here on in the pool: each loop over all threads that is begun outside of it has
+        // to wake one first.
+        rayon::scope(|_| self.sweep(mesh, size, bits, observer))
+    }
+
+    fn sweep(
+        &mut self,
+        mesh: &PreparedMesh,
+        size: u32,
+        bits: Option<&Mutex<FaceBits>>,
+        observer: Observer<'_>,
+    ) -> Result<RawGrid, BakeError> {
         let directions = Method::Faces { size }.directions();
+        if self.texels.len() != directions as usize {
+            self.texels = fixed_texels(size);
+        }
+        self.vertices.fill(mesh);
+        let totals = self.totals.get_mut().expect("no thread has panicked");
+        totals.start(mesh.spec().resolution());
+        let job = Job {
+            mesh,
+            instructions: self.instructions.fitting(mesh),
+            size,
+            texels: &self.texels,
+            vertices: &self.vertices,
+            workspaces: &self.workspaces,
+            totals: &self.totals,
+            bits,
+            observer,
+            done: AtomicUsize::new(0),
+            cancelled: AtomicBool::new(false),
+        };
+        run(&job, &mut self.silhouettes)?;
+        let totals = self.totals.get_mut().expect("no thread has panicked");
+        let (moments, counts) = totals.moments(directions);
         Ok(RawGrid {
             spec: *mesh.spec(),
-            moments: sums.par_iter().map(|s| s.moments(directions)).collect(),
-            counts: sums.par_iter().map(|s| s.count).collect(),
+            moments,
+            counts,
             directions,
         })
     }
+}
 
-    /// The two faces of an axis.
-    fn sweep_axis(
-        &mut self,
-        job: &Job<'_>,
-        frame: &Frame,
-        piercings: &Piercings,
-    ) -> Result<(), BakeError> {
-        let (mesh, instructions) = (job.mesh, self.instructions.fitting(job.mesh));
-        let tiles = Tile::all(frame);
-        for first_row in (0..job.size).step_by(LANES) {
-            let n_rows = (job.size - first_row).min(LANES as u32) as usize;
-            silhouettes::facings(mesh, frame, first_row, instructions, &mut self.facings);
-            let facings = &self.facings;
-            silhouettes::find(mesh.edges(), facings, n_rows, instructions, &mut self.lists);
-            let pass = Pass {
-                job,
-                instructions,
-                vertices: &self.vertices,
-                facings,
-                lists: &self.lists,
-                workspaces: &self.workspaces,
-                frame,
-                piercings,
-                tiles: &tiles,
-                first_row,
-                n_rows,
-            };
-            pass.run()?;
-        }
-        Ok(())
+/// Edges up to which several passes are run at once, so that threads wait for each other less
+/// often. Those of larger meshes take their time, and their silhouettes much memory.
+const FEW_EDGES: usize = 1 << 19;
+
+/// All passes: three, or as many at once as there are buffers for silhouettes.
+fn run(job: &Job<'_>, silhouettes: &mut [Silhouettes; 3]) -> Result<(), BakeError> {
+    let frames = [0, 1, 2].map(|w| Frame::new(job.mesh, w, job.size));
+    let piercings = Piercings::all(job.mesh, &frames);
+    let axes = || frames.iter().zip(&piercings);
+    let passes: Vec<_> = Pass::rows(job.size)
+        .flat_map(|rows| axes().map(move |axis| (axis, rows)))
+        .collect();
+    let few = job.mesh.edges().len() <= FEW_EDGES;
+    let at_once = if few { silhouettes.len() } else { 1 };
+    for some in passes.chunks(at_once) {
+        let passes: Vec<_> = some
+            .par_iter()
+            .zip(&mut silhouettes[..])
+            .map(
+                |(&((frame, piercings), (first_row, n_rows)), silhouettes)| {
+                    silhouettes.find(job, frame, first_row, n_rows);
+                    Pass {
+                        job,
+                        frame,
+                        piercings,
+                        tiles: Tile::all(frame),
+                        first_row,
+                        n_rows,
+                        silhouettes,
+                    }
+                },
+            )
+            .collect();
+        job.run(&passes)?;
     }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -5,7 +5,8 @@ use aogrid_bake_core::prepared::{Edge, HalfEdge};
 use rayon::prelude::*;
 
 use super::frame::{Frame, LANES};
-use super::instructions::{Instructions, Vectors, Work};
+use super::instructions::{Vectors, Work};
+use super::pass::Job;
 
 /// How a triangle faces the directions of a face's row: n·d is linear in the texel's number z
 /// and changes its sign once. Bits 0–6: the first z of the second part (never the side's
@@ -53,21 +54,33 @@ impl Facing {
 /// Facings of a row of texels for each of [`LANES`] rows of a face.
 pub(super) type Facings = [Facing; LANES];
 
+/// What a pass has to know of triangles and edges.
+#[derive(Default)]
+pub(super) struct Silhouettes {
+    /// Of every triangle.
+    pub facings: Vec<Facings>,
+    /// Of each piece of the edges.
+    pub lists: Vec<Lists>,
+}
+
+impl Silhouettes {
+    /// For `n_rows` of a face from the first on.
+    pub(super) fn find(&mut self, job: &Job<'_>, frame: &Frame, first_row: u32, n_rows: usize) {
+        facings(job, frame, first_row, &mut self.facings);
+        find(job, &self.facings, n_rows, &mut self.lists);
+    }
+}
+
 /// Facings of every triangle, for [`LANES`] rows of a face from `first_row` on.
-pub(super) fn facings(
-    mesh: &PreparedMesh,
-    frame: &Frame,
-    first_row: u32,
-    instructions: Instructions,
-    out: &mut Vec<Facings>,
-) {
+fn facings(job: &Job<'_>, frame: &Frame, first_row: u32, out: &mut Vec<Facings>) {
+    let mesh = job.mesh;
     let row_slopes: [f32; LANES] =
         std::array::from_fn(|row| frame.row_slope(first_row + row as u32));
     out.resize(mesh.triangles().len(), Facings::default());
     out.par_chunks_mut(AT_ONCE)
         .zip(mesh.triangles().par_chunks(AT_ONCE))
         .for_each(|(out, triangles)| {
-            instructions.run(FacingsOf {
+            job.instructions.run(FacingsOf {
                 mesh,
                 frame,
                 row_slopes: &row_slopes,
@@ -176,20 +189,15 @@ impl Sides {
 pub(super) type Lists = [List; LANES];
 
 /// Finds silhouettes for the first `n_rows` rows: lists for each piece of the edges.
-pub(super) fn find(
-    edges: &[Edge],
-    facings: &[Facings],
-    n_rows: usize,
-    instructions: Instructions,
-    lists: &mut Vec<Lists>,
-) {
+fn find(job: &Job<'_>, facings: &[Facings], n_rows: usize, lists: &mut Vec<Lists>) {
+    let edges = job.mesh.edges();
     lists.resize_with(edges.len().div_ceil(AT_ONCE), Lists::default);
     lists
         .par_iter_mut()
         .zip(edges.par_chunks(AT_ONCE))
         .for_each(|(lists, edges)| {
             lists.iter_mut().for_each(List::clear);
-            instructions.run(Find {
+            job.instructions.run(Find {
                 edges,
                 facings,
                 n_rows,

@@ -1,68 +1,13 @@
 //! Summation: from differences along a row to the texels of its cells, and their moments.
 
-use aogrid_bake_core::{FaceSums, FixedTexel, cube_face};
+use aogrid_bake_core::{FixedTexel, cube_face};
 
 use super::counters::{COLUMN, Counter};
 use super::frame::{Frame, LANES};
+use super::sums::RowSums;
 
 /// Occluded directions of a cell in one block: those of d in bits 0–15, of −d in 16–31.
 pub(super) type Mask = u32;
-
-/// [`FaceSums`] of a tile's cells: quantity by quantity along each row, so that those of
-/// neighbours are next to each other.
-#[derive(Default)]
-pub(super) struct Sums {
-    /// Zero between tiles.
-    of: Vec<i32>,
-    /// Cells along a row, and up to a multiple of [`LANES`].
-    stride: usize,
-}
-
-/// Those of a row: occluded texels, and what [`FixedTexel`] has. `stride` of each.
-const QUANTITIES: usize = 5;
-
-impl Sums {
-    pub(super) fn start(&mut self, rows: usize, stride: usize) {
-        debug_assert!(self.of.iter().all(|sum| *sum == 0));
-        self.stride = stride;
-        self.of
-            .resize(self.of.len().max(rows * QUANTITIES * stride), 0);
-    }
-
-    #[inline(always)]
-    pub(super) fn row(&mut self, row: usize) -> RowSums<'_> {
-        let n = QUANTITIES * self.stride;
-        let mut quantities = self.of[row * n..][..n].chunks_exact_mut(self.stride);
-        RowSums(std::array::from_fn(|_| {
-            quantities.next().expect("there are five")
-        }))
-    }
-
-    /// Adds a cell's to those of all batches, and leaves zero.
-    #[inline(always)]
-    pub(super) fn take(&mut self, row: usize, cell: usize, into: &mut FaceSums) {
-        let first = row * QUANTITIES * self.stride + cell;
-        let mut take = |quantity| std::mem::take(&mut self.of[first + quantity * self.stride]);
-        into.count += take(0).cast_unsigned();
-        into.a += take(1);
-        for (quantity, m) in (2..).zip(&mut into.m) {
-            *m += take(quantity);
-        }
-    }
-}
-
-/// The sums of a row's cells: occluded texels, moment 0, moment 1.
-pub(super) struct RowSums<'a>(pub [&'a mut [i32]; QUANTITIES]);
-
-impl RowSums<'_> {
-    pub(super) fn add(&mut self, cell: usize, count: u32, share: &Share) {
-        let [counts, shares @ ..] = &mut self.0;
-        counts[cell] += count.cast_signed();
-        for (sums, share) in shares.iter_mut().zip(share) {
-            sums[cell] += share;
-        }
-    }
-}
 
 /// Of the moments: of a [`FixedTexel`], or of several.
 pub(super) type Share = [i32; 4];

@@ -20,7 +20,8 @@ use super::crossings::{self, Batch, Edges, Row};
 use super::levels::Levels;
 use super::silhouettes::Find;
 use super::steps::Steps;
-use super::summation::{self, Mask, RowSums, Texels};
+use super::summation::{self, Mask, Texels};
+use super::sums::RowSums;
 #[cfg(target_arch = "x86_64")]
 use {avx2::Avx2, avx512::Avx512};
 
