@@ -101,6 +101,7 @@ impl BatchWork<'_> {
         edges.n = 0;
     }
 
+    #[inline(always)]
     fn count_piercings(&mut self, batch: &Batch<'_>) {
         let pass = self.pass;
         let Workspace { ranks, steps, .. } = &mut *self.workspace;

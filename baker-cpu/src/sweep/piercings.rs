@@ -83,6 +83,7 @@ impl Piercings {
     }
 
     /// Moves each layer from one side of its row to the other.
+    #[inline(always)]
     pub(super) fn count(
         &self,
         batch: &Batch<'_>,
@@ -111,12 +112,12 @@ impl Piercings {
 
 /// From `column` on takes from above the row what the edge above it added, and from below what
 /// the edge below it added, which is the opposite. `up` is the direction of the edge above.
+#[inline(always)]
 fn shift(row: u32, column: u32, facing: Facing, up: bool, batch: &Batch<'_>, steps: &mut Steps) {
     for block in 0..batch.slopes.len() {
         for side in [0, 1] {
             let taken = Lanes::new([facing; 2], up == (side == 1), batch.frame, block);
-            let at = (row, block as u32);
-            steps.add(at, side, &[column; LANES], taken, 1);
+            steps.add_all((row, block as u32), side, column, taken);
         }
     }
 }

@@ -115,6 +115,28 @@ impl Steps {
         self.keep(group, n);
     }
 
+    /// [`Steps::add`] of a layer in all lanes that there are, at one column.
+    #[inline(always)]
+    pub(super) fn add_all(
+        &mut self,
+        (row, block): (u32, u32),
+        side: usize,
+        column: u32,
+        lanes: Lanes,
+    ) {
+        if column >= self.layout.n_u {
+            return;
+        }
+        let (group, first) = self.layout.place(row, block);
+        let first = first + (side * LANES) as u32 + column * COLUMN as u32;
+        for (lane, step) in (0..).zip(self.room(group)) {
+            let delta = delta_bits(if lanes.fewer >> lane & 1 != 0 { -1 } else { 1 });
+            *step = (first + lane) | delta;
+        }
+        // They are the first ones.
+        self.keep(group, lanes.steps.count_ones());
+    }
+
     /// Counts what a group has kept.
     #[cold]
     fn count(&mut self, group: usize) {
