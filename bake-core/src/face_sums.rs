@@ -56,6 +56,7 @@ impl FaceSums {
     }
 
     /// The moments, of `directions` texels in all.
+    #[inline]
     pub fn moments(&self, directions: u32) -> Moments {
         // The shares sum to 1 and to no direction but for rounding; a full cell is full.
         if self.count == directions {

@@ -81,23 +81,26 @@ impl Totals {
     pub(super) fn take(&mut self, frame: &Frame, tile: &Tile, sums: &mut Sums) {
         let [along_u, along_v, along_w] =
             [frame.u, frame.v, frame.w].map(|axis| self.strides[axis]);
-        let places = tile.k.clone().flat_map(|k| {
-            let j = tile.j.clone();
-            j.map(move |j| k as usize * along_w + j as usize * along_v)
-        });
-        for (row, first) in places.enumerate() {
-            for (all, sums) in self.of.iter_mut().zip(sums.row(row).0) {
-                let all = all[first..].iter_mut().step_by(along_u);
-                for (all, sum) in all.zip(&mut sums[..frame.n[0] as usize]) {
-                    *all += std::mem::take(sum);
-                }
+        let rows = |j: u32, k: u32| {
+            let first = k as usize * along_w + j as usize * along_v;
+            (tile.row(j, k).expect("it is of the tile"), first)
+        };
+        let mut take = |(row, first): (u32, usize)| {
+            for (all, sums) in self.of.iter_mut().zip(sums.row(row as usize).0) {
+                add(&mut all[first..], along_u, &mut sums[..frame.n[0] as usize]);
             }
+        };
+        // One row after the other that is near it in the grid.
+        let (js, ks) = (tile.j.clone(), tile.k.clone());
+        match along_v < along_w {
+            true => ks.for_each(|k| js.clone().for_each(|j| take(rows(j, k)))),
+            false => js.for_each(|j| ks.clone().for_each(|k| take(rows(j, k)))),
         }
     }
 
     /// The moments of all cells, x fastest, and how many texels are occluded, of `directions`.
     pub(super) fn moments(&self, directions: u32) -> (Vec<Moments>, Vec<u32>) {
-        let [_, n_x, layer] = self.strides;
+        let layer = self.strides[2];
         let n_cells = self.of[0].len() / layer * (layer - GAP);
         let mut moments = vec![Moments::default(); n_cells];
         let mut counts = vec![0; n_cells];
@@ -105,21 +108,32 @@ impl Totals {
             .par_chunks_mut(layer - GAP)
             .zip(counts.par_chunks_mut(layer - GAP))
             .enumerate();
-        layers
-            .with_min_len((4096 / n_x).max(1))
-            .for_each(|(z, (moments, counts))| {
-                let of = self.of.each_ref().map(|of| &of[z * layer..][..layer - GAP]);
-                for (cell, (moments, count)) in moments.iter_mut().zip(counts).enumerate() {
-                    let [count_here, a, m @ ..] = of.map(|of| of[cell]);
-                    *count = count_here.cast_unsigned();
-                    *moments = FaceSums {
-                        count: *count,
-                        a,
-                        m,
-                    }
-                    .moments(directions);
-                }
-            });
+        layers.for_each(|(z, (moments, counts))| {
+            let [count, a, x, y, z] = self.of.each_ref().map(|of| &of[z * layer..]);
+            let sums = count.iter().zip(a).zip(x.iter().zip(y).zip(z));
+            let cells = moments.iter_mut().zip(counts);
+            for ((moments, into), ((&count, &a), ((&x, &y), &z))) in cells.zip(sums) {
+                let count = count.cast_unsigned();
+                let m = [x, y, z];
+                *into = count;
+                *moments = FaceSums { count, a, m }.moments(directions);
+            }
+        });
         (moments, counts)
+    }
+}
+
+/// Adds sums to every `stride`-th of others, and leaves them zero.
+#[inline(always)]
+fn add(all: &mut [i32], stride: usize, sums: &mut [i32]) {
+    if stride == 1 {
+        // The same, for a compiler that would not see it.
+        for (all, sum) in all.iter_mut().zip(sums) {
+            *all += std::mem::take(sum);
+        }
+    } else {
+        for (all, sum) in all.iter_mut().step_by(stride).zip(sums) {
+            *all += std::mem::take(sum);
+        }
     }
 }
