@@ -19,86 +19,118 @@ pub(super) fn weld(mesh: &TriangleMesh) -> Vec<[u32; 3]> {
 
 /// For each place, the index of the first equal one. On all threads; the result does not depend
 /// on their number.
+///
+/// Equal places have equal hashes. So places are dealt out to parts by their hashes first: so
+/// few a part that all look-ups stay in a core's first cache, where those of one large table
+/// would each wait for memory.
 pub(crate) fn first_at_place(places: &[[u32; 3]]) -> Vec<u32> {
-    let n_parts = rayon::current_num_threads().clamp(1, MOST_PARTS);
-    if n_parts == 1 || places.len() < FEW {
-        return Table::new(places.len())
-            .fill(places)
-            .expect("it is large enough");
-    }
-    // Equal places have equal hashes, so that parts by hash have nothing to do with each other.
-    let first: Vec<AtomicU32> = places.par_iter().map(|_| AtomicU32::new(0)).collect();
-    let all_fit = (0..n_parts).into_par_iter().all(|part| {
-        let mut table = Table::new(2 * places.len() / n_parts);
-        (0_u32..).zip(places).all(|(idx, place)| {
-            let hash = mix(*place);
-            if hash as usize % n_parts != part {
-                return true;
+    let n_parts = (places.len() / A_PART).max(1).next_power_of_two();
+    let dealt: Vec<Dealt> = places
+        .par_chunks(A_PIECE)
+        .enumerate()
+        .map(|(piece, places)| Dealt::new(places, piece * A_PIECE, n_parts))
+        .collect();
+    let first: Vec<AtomicU32> = (0..places.len() as u32).map(AtomicU32::new).collect();
+    (0..n_parts)
+        .into_par_iter()
+        .with_min_len(4)
+        .for_each(|part| {
+            let entries = dealt.iter().flat_map(|dealt| dealt.part(part));
+            let mut table = Table::new(dealt.iter().map(|dealt| dealt.part(part).len()).sum());
+            for entry in entries {
+                let found = table.find(*entry, places);
+                if found != entry.idx {
+                    first[entry.idx as usize].store(found, Ordering::Relaxed);
+                }
             }
-            let found = table.find(hash, idx, places);
-            found
-                .map(|found| first[idx as usize].store(found, Ordering::Relaxed))
-                .is_some()
-        })
-    });
-    if !all_fit {
-        // Hashes as uneven as this do not come by chance.
-        return Table::new(places.len())
-            .fill(places)
-            .expect("it is large enough");
-    }
+        });
     first.into_iter().map(AtomicU32::into_inner).collect()
 }
 
-/// Places up to which several threads are not worth it.
-const FEW: usize = 1 << 14;
+/// Places in a part, on average: its table is 32 kB.
+const A_PART: usize = 1 << 11;
 
-/// More parts than this would look at the places more often than it saves.
-const MOST_PARTS: usize = 8;
+/// Places that are dealt out in one piece.
+const A_PIECE: usize = 1 << 15;
 
-/// A slot of the table that no vertex has taken.
-const FREE: u32 = u32::MAX;
-
-/// An open-addressing table of indices, half full at most: the time is that of one or two cache
-/// misses a vertex, where a general hash map needs ten times as long.
-struct Table {
-    slots: Vec<u32>,
-    shift: u32,
-    left: usize,
+/// A place's index, and 32 bits of its hash by which most that are not equal are told apart.
+#[derive(Clone, Copy, Default)]
+struct Entry {
+    hash: u32,
+    idx: u32,
 }
+
+/// Some places, sorted by parts; each part in the places' order.
+struct Dealt {
+    entries: Vec<Entry>,
+    /// Where each part ends.
+    ends: Vec<u32>,
+}
+
+impl Dealt {
+    fn new(places: &[[u32; 3]], first: usize, n_parts: usize) -> Self {
+        let part = |hash: u64| (hash >> 32) as usize & (n_parts - 1);
+        let hashes: Vec<u64> = places.iter().map(|place| mix(*place)).collect();
+        let mut ends = vec![0; n_parts];
+        for hash in &hashes {
+            ends[part(*hash)] += 1;
+        }
+        let mut before = 0;
+        for end in &mut ends {
+            before += std::mem::replace(end, before);
+        }
+        // These are the starts; dealing moves each to its part's end.
+        let mut entries = vec![Entry::default(); places.len()];
+        for (idx, &hash) in (first as u32..).zip(&hashes) {
+            let end = &mut ends[part(hash)];
+            let hash = hash as u32;
+            entries[*end as usize] = Entry { hash, idx };
+            *end += 1;
+        }
+        Self { entries, ends }
+    }
+
+    fn part(&self, part: usize) -> &[Entry] {
+        let start = part.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.entries[start as usize..self.ends[part] as usize]
+    }
+}
+
+/// An open-addressing table of places, half full at most: where a general hash map needs
+/// several times as long.
+struct Table {
+    /// The index is [`FREE`] where there is none.
+    slots: Vec<Entry>,
+}
+
+const FREE: u32 = u32::MAX;
 
 impl Table {
     /// For up to `n` different places.
     fn new(n: usize) -> Self {
+        let free = Entry { hash: 0, idx: FREE };
         let n_slots = (2 * n).next_power_of_two().max(2);
         Self {
-            slots: vec![FREE; n_slots],
-            shift: u64::BITS - n_slots.trailing_zeros(),
-            left: n_slots / 2,
+            slots: vec![free; n_slots],
         }
     }
 
-    /// The first index at the place of `idx`, which is added if there is none; nothing if the
-    /// table is too full for that.
-    fn find(&mut self, hash: u64, idx: u32, places: &[[u32; 3]]) -> Option<u32> {
-        let mut slot = (hash >> self.shift) as usize;
+    /// The first index at the place of `entry`, which is added if there is none.
+    fn find(&mut self, entry: Entry, places: &[[u32; 3]]) -> u32 {
+        let last = self.slots.len() - 1;
+        let mut slot = entry.hash as usize & last;
         loop {
-            match self.slots[slot] {
-                FREE => break,
-                other if places[other as usize] == places[idx as usize] => return Some(other),
-                _ => slot = (slot + 1) & (self.slots.len() - 1),
+            let here = &mut self.slots[slot];
+            if here.idx == FREE {
+                *here = entry;
+                return entry.idx;
             }
+            let place = |entry: &Entry| places[entry.idx as usize];
+            if here.hash == entry.hash && place(here) == place(&entry) {
+                return here.idx;
+            }
+            slot = (slot + 1) & last;
         }
-        self.left = self.left.checked_sub(1)?;
-        self.slots[slot] = idx;
-        Some(idx)
-    }
-
-    fn fill(mut self, places: &[[u32; 3]]) -> Option<Vec<u32>> {
-        (0_u32..)
-            .zip(places)
-            .map(|(idx, place)| self.find(mix(*place), idx, places))
-            .collect()
     }
 }
 
@@ -114,6 +146,8 @@ fn mix([x, y, z]: [u32; 3]) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashMap;
+
     use super::*;
 
     #[test]
@@ -129,24 +163,27 @@ mod tests {
     }
 
     #[test]
-    fn threads_do_not_matter() {
-        let place = |i: u32| [i.wrapping_mul(i) % 20_011, i % 3, 5];
-        let places: Vec<_> = (0..2 * FEW as u32).map(place).collect();
-        let with_threads = |n: usize| {
+    fn pieces_and_parts_do_not_matter() {
+        let place = |i: u32| [i.wrapping_mul(i) % 50_021, i % 3, 5];
+        let places: Vec<_> = (0..3 * A_PIECE as u32 + 7).map(place).collect();
+        let mut seen = HashMap::new();
+        let expected: Vec<u32> = (0_u32..)
+            .zip(&places)
+            .map(|(idx, place)| *seen.entry(*place).or_insert(idx))
+            .collect();
+        assert!((0..).zip(&expected).any(|(idx, first)| idx != *first));
+        for n in [1, 2, 3, 8] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
-            pool.unwrap().install(|| first_at_place(&places))
-        };
-        let one = with_threads(1);
-        assert!((0..).zip(&one).any(|(idx, first)| idx != *first));
-        for n in [2, 3, 8] {
-            assert!(with_threads(n) == one, "{n}");
+            let found = pool.unwrap().install(|| first_at_place(&places));
+            assert!(found == expected, "{n}");
         }
     }
 
     #[test]
-    fn a_table_that_is_too_small_says_so() {
-        let places: Vec<_> = (0..100).map(|i| [i, 0, 0]).collect();
-        assert_eq!(Table::new(50).fill(&places), None);
-        assert!(Table::new(100).fill(&places).is_some());
+    fn equal_hashes_are_not_equal_places() {
+        let places = [[1, 2, 3], [4, 5, 6], [1, 2, 3]];
+        let mut table = Table::new(3);
+        let found = [0, 1, 2].map(|idx| table.find(Entry { hash: 7, idx }, &places));
+        assert_eq!(found, [0, 1, 0]);
     }
 }
