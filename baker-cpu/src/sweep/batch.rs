@@ -30,7 +30,10 @@ impl Work for BatchWork<'_> {
             .map(|block| pass.frame.slopes(block))
             .collect();
         let batch = Batch {
+            mesh: pass.job.mesh,
             frame: pass.frame,
+            tile: self.tile,
+            b,
             positions: &pass.job.vertices.positions,
             levels: &levels,
             slopes: &slopes,

@@ -1,6 +1,9 @@
 //! Crossings: where edges pass through the plane of a row, and the cells from which on that
 //! matters.
 
+use aogrid_bake_core::PreparedMesh;
+
+use super::counters::Tile;
 use super::frame::{Frame, LANES};
 use super::levels::{Levels, RowLevel};
 use super::silhouettes::{Facing, List, Sides};
@@ -37,6 +40,15 @@ impl Line {
             q,
             per_level: [(to.u - from.u) * inverse, (to.w - from.w) * inverse],
         }
+    }
+
+    /// How near a whole number a column must be to be found again in double precision:
+    /// `rounding` is that of a level, and of the place where the edge crosses it as many times more
+    /// as it changes with the level.
+    #[inline(always)]
+    pub(super) fn near(&self, rounding: f32) -> f32 {
+        let [u, w] = self.per_level;
+        rounding * (1.0 + (u.abs() + w.abs()))
     }
 
     /// Where it crosses a level: u, and the height above the row, both in cells.
@@ -78,7 +90,7 @@ const MANTISSA: u32 = (1 << 23) - 1;
 /// The first column that a step at `u`, `height` above the row, changes, for each direction:
 /// the least whole number not below u − height·slope, from 0 to `n_u`, which is nowhere.
 #[inline(always)]
-pub(super) fn columns(u: f32, height: f32, slopes: &[f32; LANES], n_u: f32) -> [u32; LANES] {
+pub(super) fn first_columns(u: f32, height: f32, slopes: &[f32; LANES], n_u: f32) -> [u32; LANES] {
     let mut columns = [0; LANES];
     for (column, slope) in columns.iter_mut().zip(slopes) {
         let at = (u - height * slope).max(0.0).min(n_u);
@@ -92,7 +104,11 @@ pub(super) fn columns(u: f32, height: f32, slopes: &[f32; LANES], n_u: f32) -> [
 /// What a batch counts with.
 #[derive(Clone, Copy)]
 pub(super) struct Batch<'a> {
+    pub mesh: &'a PreparedMesh,
     pub frame: &'a Frame,
+    pub tile: &'a Tile,
+    /// The face's row.
+    pub b: u32,
     /// Of the vertices, in cells.
     pub positions: &'a [[f32; 3]],
     pub levels: &'a Levels,
@@ -112,7 +128,45 @@ impl Batch<'_> {
             w: position[w],
         }
     }
+
+    /// How far single floats may be off where an edge passes a row, in cells, for an edge
+    /// along which u and w do not change with the level: see [`Line::near`].
+    pub(super) fn rounding(&self) -> f32 {
+        let [across_u, across_v] = self.frame.shear;
+        let reach = self.mesh.lattice().reach();
+        (ROUNDING * reach * (1.0 + across_u) * (1.0 + across_v)) as f32
+    }
+
+    /// [`first_columns`] of one direction from an edge's vertices, in double precision.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn exact_column(&self, vertices: [u32; 2], row: u32, z: u32) -> u32 {
+        let Frame { u, v, w, n, .. } = *self.frame;
+        let cell = f64::from(1_u32 << self.mesh.lattice().bits());
+        let [from, to] = vertices.map(|vertex| {
+            let place = self.mesh.vertices()[vertex as usize];
+            [u, v, w].map(|axis| f64::from(place[axis]) / cell)
+        });
+        let slope = self.frame.row_slope(self.b);
+        let width = self.tile.j.len() as u32;
+        let j = f64::from(self.tile.j.start + row % width);
+        let k = f64::from(self.tile.k.start + row / width);
+        let q = |p: [f64; 3]| p[1] - slope * p[2];
+        let between = q(to) - q(from);
+        // Ranks are of single floats: an edge may not quite reach the level.
+        let t = ((j - slope * k - q(from)) / between).clamp(0.0, 1.0);
+        // Level with the row, or so nearly that all its points are as good.
+        let t = if t.is_nan() { 0.0 } else { t };
+        let at = |axis: usize| from[axis] + t * (to[axis] - from[axis]);
+        let column = at(0) - (at(2) - k) * self.frame.column_slope(z);
+        column.ceil().clamp(0.0, f64::from(n[0])) as u32
+    }
 }
+
+/// Of single floats near 1 that go through the half a dozen operations from an edge's ends to a
+/// column, each of which rounds by 2⁻²⁴, and through differences, which keep what their terms
+/// are off by.
+const ROUNDING: f64 = 1.0 / (1 << 21) as f64;
 
 /// Edges that a thread collects before it counts them.
 const COLLECTED: usize = 256;
@@ -208,6 +262,7 @@ pub(super) const AT_ONCE: usize = 64;
 #[inline(always)]
 pub(super) fn count(batch: &Batch<'_>, edges: &Edges, unit: i8, steps: &mut Steps) {
     let n_u = steps.layout.n_u as f32;
+    let rounding = batch.rounding();
     for n in 0..edges.n {
         let [from, to] = [edges.ranks[0][n], edges.ranks[1][n]];
         let ends = [
@@ -216,6 +271,7 @@ pub(super) fn count(batch: &Batch<'_>, edges: &Edges, unit: i8, steps: &mut Step
         ];
         let sides = edges.sides[n].facings();
         let line = Line::new(ends[0], ends[1], batch.levels);
+        let near = line.near(rounding);
         for (block, slopes) in batch.slopes.iter().enumerate() {
             let lanes = Lanes::new(sides, from < to, batch.frame, block);
             if lanes.steps == 0 {
@@ -223,7 +279,17 @@ pub(super) fn count(batch: &Batch<'_>, edges: &Edges, unit: i8, steps: &mut Step
             }
             for level in batch.levels.between(from.min(to), from.max(to)) {
                 let [u, height] = line.at(&level);
-                let columns = columns(u, height, slopes, n_u);
+                let mut columns = first_columns(u - near, height, slopes, n_u);
+                let last = first_columns(u + near, height, slopes, n_u);
+                if columns != last {
+                    let vertices = [edges.vertices[0][n], edges.vertices[1][n]];
+                    for (lane, column) in columns.iter_mut().enumerate() {
+                        if *column != last[lane] {
+                            let z = (block * LANES + lane) as u32;
+                            *column = batch.exact_column(vertices, level.row, z);
+                        }
+                    }
+                }
                 let at = (level.row, block as u32);
                 steps.add(at, side(height), &columns, lanes, unit);
             }
@@ -245,7 +311,7 @@ mod tests {
             (5.0, -20.5),
             (31.0, 1e-6),
         ] {
-            let found = columns(u, height, &slopes, 32.0);
+            let found = first_columns(u, height, &slopes, 32.0);
             for (column, slope) in found.into_iter().zip(slopes) {
                 let expected = (u - height * slope).ceil().clamp(0.0, 32.0);
                 assert_eq!(column, expected as u32, "{u} {height} {slope}");

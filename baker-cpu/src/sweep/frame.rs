@@ -49,16 +49,21 @@ impl Frame {
     /// Cells along u per cell along w of the directions of a block. Lanes beyond the face's
     /// side go on in the same manner; nobody counts them.
     pub(super) fn slopes(&self, block: usize) -> [f32; LANES] {
-        std::array::from_fn(|lane| self.slope(0, (block * LANES + lane) as u32))
+        std::array::from_fn(|lane| self.column_slope((block * LANES + lane) as u32) as f32)
+    }
+
+    /// Cells along u per cell along w of the directions through the texel `z` of a row.
+    pub(super) fn column_slope(&self, z: u32) -> f64 {
+        self.slope(0, z)
     }
 
     /// Cells along v per cell along w of all directions of the face's row `b`.
-    pub(super) fn row_slope(&self, b: u32) -> f32 {
+    pub(super) fn row_slope(&self, b: u32) -> f64 {
         self.slope(1, b)
     }
 
-    fn slope(&self, across: usize, texel: u32) -> f32 {
+    fn slope(&self, across: usize, texel: u32) -> f64 {
         let size = f64::from(self.size);
-        (self.shear[across] * ((f64::from(2 * texel + 1) - size) / size)) as f32
+        self.shear[across] * ((f64::from(2 * texel + 1) - size) / size)
     }
 }

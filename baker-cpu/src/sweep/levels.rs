@@ -58,7 +58,7 @@ fn floor(x: f32) -> f32 {
 
 impl Levels {
     pub(super) fn new(frame: &Frame, tile: &Tile, b: u32) -> Self {
-        let slope = frame.row_slope(b);
+        let slope = frame.row_slope(b) as f32;
         let level = |k: u32| {
             let value = -(k as f32) * slope;
             let whole = floor(value);

@@ -7,7 +7,7 @@ use aogrid_bake_core::PreparedMesh;
 use rayon::prelude::*;
 
 use super::counters::Tile;
-use super::crossings::{Batch, End, Line, columns, side};
+use super::crossings::{Batch, End, Line, first_columns, side};
 use super::frame::{Frame, LANES};
 use super::silhouettes::Facing;
 use super::steps::{Lanes, Steps};
@@ -141,7 +141,7 @@ fn tight(row: u32, batch: &Batch<'_>, facing: Facing, corners: [(u32, End); 3], 
     if let [Some(([above_u, above], up)), Some(([below_u, below], _))] = crossings {
         let u = above_u + (below_u - above_u) * (above / (above - below));
         let n_u = steps.layout.n_u as f32;
-        let [column, ..] = columns(u, 0.0, &[0.0; LANES], n_u);
+        let [column, ..] = first_columns(u, 0.0, &[0.0; LANES], n_u);
         shift(row, column, facing, up, batch, steps);
     }
 }

@@ -75,7 +75,7 @@ impl Silhouettes {
 fn facings(job: &Job<'_>, frame: &Frame, first_row: u32, out: &mut Vec<Facings>) {
     let mesh = job.mesh;
     let row_slopes: [f32; LANES] =
-        std::array::from_fn(|row| frame.row_slope(first_row + row as u32));
+        std::array::from_fn(|row| frame.row_slope(first_row + row as u32) as f32);
     out.resize(mesh.triangles().len(), Facings::default());
     out.par_chunks_mut(AT_ONCE)
         .zip(mesh.triangles().par_chunks(AT_ONCE))
@@ -278,7 +278,8 @@ mod tests {
                 size,
                 shear,
             };
-            let rows: [f32; LANES] = std::array::from_fn(|b| frame.row_slope(b as u32 % size));
+            let rows: [f32; LANES] =
+                std::array::from_fn(|b| frame.row_slope(b as u32 % size) as f32);
             let mut state = 1_i64;
             let mut next = || {
                 state = state

@@ -36,8 +36,12 @@ pub(crate) fn assert_alike(parity: &Parity, allowed: usize, what: &str) {
     assert_eq!(parity.fault(), None, "{what}");
 }
 
-/// Small comparisons see a promised difference once in a hundred times, and one must not fail
-/// a test: what they are after is hundreds.
+/// Where a column is close, double precision decides, for rays and sweep alike: nothing is left
+/// that a few million texels would show.
+const NONE: usize = 0;
+
+/// Single floats alone show a promised difference once in a hundred small comparisons, and one
+/// must not fail a test: what they are after is hundreds.
 pub(crate) const FEW: usize = 1;
 
 #[test]
@@ -51,7 +55,7 @@ fn samples_are_alike_at_any_resolution_and_face_size() {
         (Sample::LShape, [8, 8, 8], 128),
     ] {
         let mesh = prepared(&sample.mesh(None).unwrap(), resolution);
-        assert_alike(&compare(&mesh, size), FEW, sample.name());
+        assert_alike(&compare(&mesh, size), NONE, sample.name());
     }
 }
 
@@ -135,14 +139,14 @@ fn broken_meshes_are_alike() {
     ];
     for (what, triangles) in cases {
         let mesh = prepared(&mesh_of(&triangles), [16, 12, 17]);
-        assert_alike(&compare(&mesh, 16), FEW, what);
+        assert_alike(&compare(&mesh, 16), NONE, what);
     }
 }
 
 #[test]
 fn five_thousand_random_triangles_are_alike() {
     let mesh = prepared(&mesh_of(&soup(5000, 0.2)), [16; 3]);
-    assert_alike(&compare(&mesh, 16), FEW, "soup");
+    assert_alike(&compare(&mesh, 16), NONE, "soup");
 }
 
 #[test]
@@ -194,7 +198,7 @@ fn hundreds_of_layers_are_counted() {
     let few = [cuboid([-1.0, 0.0, -1.0], [1.0, 0.3, 1.1])].concat();
     for (what, triangles) in cases {
         let mesh = mesh_of(&[&triangles[..], &few[..1]].concat());
-        assert_alike(&compare(&prepared(&mesh, [8, 12, 8]), 8), FEW, what);
+        assert_alike(&compare(&prepared(&mesh, [8, 12, 8]), 8), NONE, what);
     }
 }
 
@@ -219,7 +223,7 @@ fn a_grid_inside_the_mesh_is_alike() {
         let spec = GridSpec::new(resolution, mesh.bounds().center(), extents).unwrap();
         let mesh = PreparedMesh::new(&mesh, spec, BakeOptions::SAMPLE_OFFSET).unwrap();
         assert!(mesh.lattice().bits() < 19);
-        assert_alike(&compare(&mesh, 16), FEW, "inside");
+        assert_alike(&compare(&mesh, 16), NONE, "inside");
     }
 }
 
@@ -283,25 +287,30 @@ fn the_check_notices_what_is_not_alike() {
     }
 }
 
+/// One cell sees one edge along a row of its texels, closer than single floats tell apart: three
+/// of them were wrong before double precision decided.
+#[test]
+fn an_edge_along_a_row_of_texels_is_alike() {
+    let mesh = mesh_of(&[[[0.0, 1.0, -1.0], [-4.0, 0.0, -1.0], [0.0; 3]]]);
+    let spec = GridSpec::new([10, 10, 11], [0.25, 0.0, -0.125], [7.0, 6.0, 8.0]).unwrap();
+    let mesh = PreparedMesh::new(&mesh, spec, BakeOptions::SAMPLE_OFFSET).unwrap();
+    assert_alike(&compare(&mesh, 14), NONE, "a triangle");
+}
+
 /// Low resolutions and faces, so that it takes seconds.
 #[test]
 fn real_meshes_are_alike() {
     let Some(folder) = shared("data/meshes") else {
         return;
     };
-    let (mut differences, mut texels) = (0, 0);
     for path in files_with_ending(&folder, ".obj") {
         let loaded = mesh::load(&path).unwrap().mesh;
         if loaded.triangles().len() > 300_000 {
             continue;
         }
         let parity = compare(&prepared(&loaded, [8; 3]), 8);
-        assert_alike(&parity, FEW, &path.display().to_string());
-        differences += parity.differences.len();
-        texels += parity.texels;
+        assert_alike(&parity, NONE, &path.display().to_string());
     }
-    // Two more than promised of so few, which one unlucky mesh may have.
-    assert!(differences as f64 <= PROMISED * texels as f64 + 2.0);
 }
 
 /// How it goes with other faces: `cargo test -p aogrid-tests -- --ignored --nocapture faces_of`.
@@ -342,13 +351,8 @@ proptest! {
         if !mesh.triangles().is_empty() {
             let bake = Sweeper::new().bake_with_bits(&mesh, size, UNOBSERVED).unwrap();
             let parity = Parity::new(&mesh, size, bake);
-            // As few as anywhere, but a point on whole numbers may see one edge along a line of texels.
-            let mut cells: Vec<_> = parity.differences.iter().map(|(cell, _)| *cell).collect();
-            cells.dedup();
-            prop_assert!(cells.len() <= FEW, "{:?}", parity.differences);
-            prop_assert!(parity.differences.len() <= size as usize, "{:?}", parity.differences);
-            let far = parity.grazes.iter().filter(|graze| **graze > parity.float_distance);
-            prop_assert_eq!(far.count(), 0, "{:?}", parity.grazes);
+            prop_assert_eq!(parity.fault(), None);
+            prop_assert!(parity.differences.is_empty(), "{:?}", parity.differences);
         }
     }
 }

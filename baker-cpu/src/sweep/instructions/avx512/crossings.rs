@@ -10,7 +10,7 @@ use std::arch::x86_64::*;
 use super::{
     Array, Table, UP, array, floats, int_array, ints, lane_deltas, load_sides, q, store, unsigned,
 };
-use crate::sweep::counters::COLUMN;
+use crate::sweep::counters::{COLUMN, Layout};
 use crate::sweep::crossings::{Batch, Edges};
 use crate::sweep::frame::LANES;
 use crate::sweep::levels::{FRACTION_BITS, FRACTIONS, Levels};
@@ -39,6 +39,9 @@ pub(super) fn count(batch: &Batch<'_>, edges: &Edges, unit: i8, steps: &mut Step
         for (block, slopes) in batch.slopes.iter().enumerate() {
             let sides = lines.sides(batch, edges, first, block);
             let at = Crossings {
+                batch,
+                edges,
+                first,
                 lines: &lines,
                 sides: &sides,
                 block: block as i32,
@@ -91,6 +94,7 @@ struct Lines {
     q: __m512,
     u_per_level: __m512,
     w_per_level: __m512,
+    near: __m512,
     /// The first level's number, and one above the last's.
     levels: [__m512i; 2],
     up: __mmask16,
@@ -125,12 +129,17 @@ impl Lines {
         ];
         let low = _mm512_max_epi32(_mm512_min_epi32(from.rank, to.rank), low);
         let high = _mm512_min_epi32(_mm512_max_epi32(from.rank, to.rank), high);
+        let u_per_level = _mm512_mul_ps(_mm512_sub_ps(to.u, from.u), inverse);
+        let w_per_level = _mm512_mul_ps(_mm512_sub_ps(to.w, from.w), inverse);
+        let changes = _mm512_add_ps(_mm512_abs_ps(u_per_level), _mm512_abs_ps(w_per_level));
+        let changes = _mm512_add_ps(_mm512_set1_ps(1.0), changes);
         Self {
             u: from.u,
             w: from.w,
             q: q_from,
-            u_per_level: _mm512_mul_ps(_mm512_sub_ps(to.u, from.u), inverse),
-            w_per_level: _mm512_mul_ps(_mm512_sub_ps(to.w, from.w), inverse),
+            u_per_level,
+            w_per_level,
+            near: _mm512_mul_ps(_mm512_set1_ps(batch.rounding()), changes),
             levels: [low, high],
             up: _mm512_cmplt_epi32_mask(from.rank, to.rank),
             alive: _mm512_mask_cmplt_epi32_mask(alive, low, high),
@@ -169,8 +178,24 @@ fn towards(facings: __m512i, block: usize) -> __m512i {
     _mm512_mask_xor_epi32(second, first_towards, second, _mm512_set1_epi32(-1))
 }
 
+/// One of sixteen edges at its level.
+struct Crossing {
+    edge: usize,
+    /// u, a little less and a little more: where both say the same column, it is certain.
+    less: f32,
+    more: f32,
+    height: f32,
+    /// Where its steps are counted, from the first column on.
+    group: usize,
+    first: Step,
+}
+
 /// What is needed to count sixteen edges in one block.
 struct Crossings<'a> {
+    batch: &'a Batch<'a>,
+    edges: &'a Edges,
+    /// The first of the sixteen.
+    first: usize,
     lines: &'a Lines,
     sides: &'a Sides,
     block: i32,
@@ -225,8 +250,9 @@ impl Crossings<'_> {
         let height = _mm512_sub_ps(w, tables.k.float(s));
         let row = _mm512_add_epi32(whole, tables.first_row.int(s));
         let (groups, first) = self.places(steps, row, height);
-        let (u, height, groups) = (array(u), array(height), int_array(groups));
-        let first = int_array(first);
+        let less = array(_mm512_sub_ps(u, lines.near));
+        let more = array(_mm512_add_ps(u, lines.near));
+        let (height, groups, first) = (array(height), int_array(groups), int_array(first));
         let mut left = inside;
         while left != 0 {
             let edge = left.trailing_zeros() as usize & (LANES - 1);
@@ -235,15 +261,15 @@ impl Crossings<'_> {
                 self.sides.steps.0[edge] as u16,
                 self.sides.fewer.0[edge] as u16,
             ];
-            let group = groups.0[edge] as usize;
-            self.edge(
-                u.0[edge],
-                height.0[edge],
-                group,
-                first.0[edge],
-                lanes,
-                steps,
-            );
+            let crossing = Crossing {
+                edge,
+                less: less.0[edge],
+                more: more.0[edge],
+                height: height.0[edge],
+                group: groups.0[edge] as usize,
+                first: first.0[edge],
+            };
+            self.edge(crossing, lanes, steps);
         }
     }
 
@@ -266,32 +292,59 @@ impl Crossings<'_> {
         )
     }
 
-    /// `columns`, and [`Steps::add`], of one edge.
+    /// `first_columns`, and [`Steps::add`], of one edge.
     #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
     #[inline]
-    fn edge(
-        &self,
-        u: f32,
-        height: f32,
-        group: usize,
-        first: Step,
-        [lanes, fewer]: [u16; 2],
-        steps: &mut Steps,
-    ) {
-        let away = _mm512_mul_ps(_mm512_set1_ps(height), self.slopes);
-        let at = _mm512_sub_ps(_mm512_set1_ps(u), away);
-        let column = _mm512_cvt_roundps_epi32::<UP>(at);
-        let column = _mm512_max_epi32(column, _mm512_setzero_si512());
+    fn edge(&self, crossing: Crossing, [lanes, fewer]: [u16; 2], steps: &mut Steps) {
+        let away = _mm512_mul_ps(_mm512_set1_ps(crossing.height), self.slopes);
+        let mut column = first_columns(crossing.less, away);
+        let last = first_columns(crossing.more, away);
         let n_u = _mm512_set1_epi32(steps.layout.n_u as i32);
-        let in_grid = _mm512_mask_cmplt_epi32_mask(lanes, column, n_u);
+        let mut in_grid = _mm512_mask_cmplt_epi32_mask(lanes, column, n_u);
+        let near = _mm512_mask_cmpneq_epi32_mask(in_grid, column, last);
+        if near != 0 {
+            let place = (crossing.group, crossing.first);
+            column = self.exact_columns(crossing.edge, place, near, column, steps.layout);
+            in_grid = _mm512_mask_cmplt_epi32_mask(lanes, column, n_u);
+        }
         let place = _mm512_slli_epi32::<{ COLUMN.ilog2() }>(column);
-        let place = _mm512_add_epi32(place, _mm512_set1_epi32(first.cast_signed()));
+        let place = _mm512_add_epi32(place, _mm512_set1_epi32(crossing.first.cast_signed()));
         let delta = _mm512_mask_mov_epi32(self.deltas[0], fewer, self.deltas[1]);
         let step = _mm512_add_epi32(place, delta);
         store(
             _mm512_maskz_compress_epi32(in_grid, step),
-            steps.room(group),
+            steps.room(crossing.group),
         );
-        steps.keep(group, in_grid.count_ones());
+        steps.keep(crossing.group, in_grid.count_ones());
     }
+
+    /// Those of some lanes again, by [`Batch::exact_column`].
+    #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
+    #[cold]
+    fn exact_columns(
+        &self,
+        edge: usize,
+        (group, first): (usize, Step),
+        lanes: u16,
+        columns: __m512i,
+        layout: Layout,
+    ) -> __m512i {
+        let mut columns = int_array(columns);
+        let vertices = self.edges.vertices.map(|all| all[self.first + edge]);
+        let strip = (group << layout.shift) + first as usize / layout.strip();
+        let row = strip as u32 / layout.blocks;
+        for lane in (0..LANES).filter(|lane| lanes >> lane & 1 != 0) {
+            let z = (self.block as usize * LANES + lane) as u32;
+            columns.0[lane] = self.batch.exact_column(vertices, row, z);
+        }
+        unsigned(&columns.0)
+    }
+}
+
+/// [`first_columns`](crate::sweep::crossings::first_columns), which are not cut off at the row's end.
+#[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
+#[inline]
+fn first_columns(u: f32, away: __m512) -> __m512i {
+    let at = _mm512_sub_ps(_mm512_set1_ps(u), away);
+    _mm512_max_epi32(_mm512_cvt_roundps_epi32::<UP>(at), _mm512_setzero_si512())
 }
