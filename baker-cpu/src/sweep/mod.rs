@@ -48,8 +48,10 @@
 //! for the triangle. Piercings know the answer in exact integers unless the row's line passes
 //! so close to an edge that rounding could matter; then they ask the crossings' own expression.
 //!
-//! Differences to rays remain where a ray passes an edge within float distance: some texels in
-//! 50 million. See also the limits of a [`PreparedMesh`].
+//! Columns are found in single floats twice, from a little before the crossing and from a little
+//! behind it. Where the two differ, double precision decides, as it does for rays: what is left is
+//! a ray that passes an edge more closely than doubles tell, or a row that a vertex touches. See
+//! also the limits of a [`PreparedMesh`].
 //!
 //! # Practice
 //!

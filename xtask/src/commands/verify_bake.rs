@@ -38,7 +38,7 @@ pub(crate) struct Args {
 
 /// What is compared with rays.
 enum Sweep {
-    Cpu(cpu::Sweeper),
+    Cpu(Box<cpu::Sweeper>),
     Gpu(Box<gpu::Sweeper>),
 }
 
@@ -46,7 +46,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     use_threads(args.threads)?;
     interrupt::listen();
     let mut sweep = match &args.adapter {
-        None => Sweep::Cpu(cpu::Sweeper::new()),
+        None => Sweep::Cpu(Box::default()),
         Some(name) => {
             let context = Context::new(&Choice::Named(name.clone()))?;
             console.note(&format!("on {}", context.adapter().name));
