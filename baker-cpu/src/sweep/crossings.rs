@@ -48,7 +48,7 @@ impl Line {
     #[inline(always)]
     pub(super) fn near(&self, rounding: f32) -> f32 {
         let [u, w] = self.per_level;
-        rounding * (1.0 + (u.abs() + w.abs()))
+        (rounding * (1.0 + (u.abs() + w.abs()))).min(FARTHEST)
     }
 
     /// Where it crosses a level: u, and the height above the row, both in cells.
@@ -163,10 +163,13 @@ impl Batch<'_> {
     }
 }
 
-/// Of single floats near 1 that go through the half a dozen operations from an edge's ends to a
-/// column, each of which rounds by 2⁻²⁴, and through differences, which keep what their terms
-/// are off by.
-const ROUNDING: f64 = 1.0 / (1 << 21) as f64;
+/// Over the largest coordinates, (1 + shear) · reach: V − b·W, a level, and their difference are
+/// each off by 2⁻²⁴ of those, the change of u and w with the level by as much of itself twice (a
+/// difference, a quotient), and u, the height, and u − height·a once more. Eight in all.
+const ROUNDING: f64 = 8.0 / (1 << 24) as f64;
+
+/// In cells: beyond all columns, and far from where machines cannot round to whole numbers.
+pub(super) const FARTHEST: f32 = (1 << 20) as f32;
 
 /// Edges that a thread collects before it counts them.
 const COLLECTED: usize = 256;

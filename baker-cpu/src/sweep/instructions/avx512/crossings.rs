@@ -11,7 +11,7 @@ use super::{
     Array, Table, UP, array, floats, int_array, ints, lane_deltas, load_sides, q, store, unsigned,
 };
 use crate::sweep::counters::{COLUMN, Layout};
-use crate::sweep::crossings::{Batch, Edges};
+use crate::sweep::crossings::{Batch, Edges, FARTHEST};
 use crate::sweep::frame::LANES;
 use crate::sweep::levels::{FRACTION_BITS, FRACTIONS, Levels};
 use crate::sweep::steps::{Step, Steps};
@@ -133,13 +133,14 @@ impl Lines {
         let w_per_level = _mm512_mul_ps(_mm512_sub_ps(to.w, from.w), inverse);
         let changes = _mm512_add_ps(_mm512_abs_ps(u_per_level), _mm512_abs_ps(w_per_level));
         let changes = _mm512_add_ps(_mm512_set1_ps(1.0), changes);
+        let near = _mm512_mul_ps(_mm512_set1_ps(batch.rounding()), changes);
         Self {
             u: from.u,
             w: from.w,
             q: q_from,
             u_per_level,
             w_per_level,
-            near: _mm512_mul_ps(_mm512_set1_ps(batch.rounding()), changes),
+            near: _mm512_min_ps(near, _mm512_set1_ps(FARTHEST)),
             levels: [low, high],
             up: _mm512_cmplt_epi32_mask(from.rank, to.rank),
             alive: _mm512_mask_cmplt_epi32_mask(alive, low, high),
