@@ -6,7 +6,6 @@ use rayon::prelude::*;
 
 /// A triangle's side, as seen from the edge it lies on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[repr(transparent)]
 pub struct HalfEdge(u32);
 
 /// Where [`HalfEdge`] keeps the direction. It leaves 31 bits for the triangle.
@@ -26,10 +25,7 @@ impl HalfEdge {
 
 /// Two half-edges between the same two vertices. Where more than two meet they are paired, in
 /// opposite directions as far as possible: whoever sums over half-edges does not care.
-///
-/// Its layout is that of C: two indices, and two half-edges of four bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[repr(C)]
 pub struct Edge {
     /// The lower index first.
     pub vertices: [u32; 2],

@@ -1,8 +1,11 @@
+use std::ops::ControlFlow;
+
 use aogrid_bake_core::samples::Sample;
 use aogrid_bake_core::{
-    BakeOptions, FaceSums, Placement, PreparedMesh, TriangleMesh, UNOBSERVED, fixed_texels, mesh,
+    BakeOptions, FaceSums, Placement, PreparedMesh, Progress, TriangleMesh, UNOBSERVED,
+    fixed_texels, mesh,
 };
-use aogrid_baker_cpu::{SnappedRays, Sweeper};
+use aogrid_baker_cpu::{BakeError, SnappedRays, Sweeper};
 use aogrid_grid_format::GridSpec;
 use aogrid_tests::{files_with_ending, mesh_of, shared};
 use proptest::prelude::*;
@@ -255,6 +258,13 @@ fn a_warm_sweeper_and_any_number_of_threads_give_the_same_bits() {
     ];
     let mut warm = Sweeper::new();
     for (mesh, size) in [(&table, 16), (&ship, 9), (&table, 8), (&ship, 20)] {
+        // Whatever a bake that was given up has left must not be seen in the next.
+        let give_up = |progress: Progress| match 2 * progress.done > progress.total {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        };
+        let given_up = warm.bake(mesh, size, &give_up);
+        assert_eq!(given_up, Err(BakeError::Cancelled));
         let expected = warm.bake(mesh, size, UNOBSERVED).unwrap();
         for threads in [1, 2, 5] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);

@@ -17,7 +17,7 @@ use crate::sweep::silhouettes::{Facings, Find, List};
 #[inline]
 pub(super) fn find(find: Find<'_>) {
     let rows = u16::MAX >> (LANES - find.n_rows);
-    let mut some = Silhouettes::default();
+    let mut some = Gathered::default();
     for (idx, edge) in find.edges.iter().enumerate() {
         if let Some(later) = find.edges.get(idx + AHEAD) {
             for side in later.sides {
@@ -53,7 +53,7 @@ fn along(facings: &Facings, reversed: bool) -> __m128i {
 /// Up to sixteen edges that are silhouettes in some row.
 #[derive(Default)]
 #[repr(align(64))]
-struct Silhouettes {
+struct Gathered {
     vertices: [[u32; 2]; LANES],
     rows: [u32; LANES],
     /// The facings of the two triangles in each row: a number of 16 bits for each.
@@ -61,7 +61,7 @@ struct Silhouettes {
     n: usize,
 }
 
-impl Silhouettes {
+impl Gathered {
     /// Adds an edge, unless there is no row in which it is a silhouette.
     #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
     #[inline]
