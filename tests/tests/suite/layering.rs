@@ -1,6 +1,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
-use cargo_metadata::{DependencyKind, MetadataCommand};
+use serde_json::Value;
+
+use crate::cargo::{self, text};
 
 /// What each crate may use of ours; those not named may use all.
 const ALLOWED: [(&str, &[&str]); 6] = [
@@ -23,26 +25,19 @@ const ON_TOP: [&str; 2] = ["xtask", "aogrid-tests"];
 
 /// Our crates and which of ours each depends on, outside tests and in tests.
 fn arrows() -> BTreeMap<String, [BTreeSet<String>; 2]> {
-    let metadata = MetadataCommand::new()
-        .no_deps()
-        .exec()
-        .expect("cargo metadata");
-    let ours: BTreeSet<_> = metadata
-        .packages
-        .iter()
-        .map(|p| p.name.to_string())
-        .collect();
-    let arrows = metadata.packages.iter().map(|package| {
+    let packages = cargo::packages();
+    let ours: BTreeSet<_> = packages.iter().map(|p| text(p, "name")).collect();
+    let arrows = packages.iter().map(|package| {
         let mut uses = [BTreeSet::new(), BTreeSet::new()];
-        for dependency in package
-            .dependencies
-            .iter()
-            .filter(|d| ours.contains(&d.name))
-        {
-            let in_tests = dependency.kind == DependencyKind::Development;
-            uses[usize::from(in_tests)].insert(dependency.name.clone());
+        let dependencies = package["dependencies"].as_array().expect("a list");
+        for dependency in dependencies {
+            let name = text(dependency, "name");
+            if ours.contains(&name) {
+                let in_tests = dependency["kind"] == "dev";
+                uses[usize::from(in_tests)].insert(name);
+            }
         }
-        (package.name.to_string(), uses)
+        (text(package, "name"), uses)
     });
     arrows.collect()
 }
@@ -87,17 +82,10 @@ fn nothing_depends_on_commands_or_tests() {
 
 #[test]
 fn crates_for_renderers_ask_for_no_newer_rust_than_wgpu() {
-    let metadata = MetadataCommand::new()
-        .no_deps()
-        .exec()
-        .expect("cargo metadata");
+    let packages = cargo::packages();
     for name in ["aogrid-grid-format", "aogrid-tables", "aogrid-runtime"] {
-        let package = metadata
-            .packages
-            .iter()
-            .find(|p| p.name == name)
-            .expect("it exists");
-        let version = package.rust_version.as_ref().expect("it says so");
-        assert_eq!((version.major, version.minor), (1, 87), "{name}");
+        let named = |package: &&Value| package["name"] == name;
+        let package = packages.iter().find(named).expect("it exists");
+        assert_eq!(text(package, "rust_version"), "1.87", "{name}");
     }
 }

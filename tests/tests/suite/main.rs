@@ -4,6 +4,8 @@
 mod analytic;
 /// Committed sample models are what the generator makes.
 mod assets;
+/// Answers of cargo about this workspace.
+mod cargo;
 /// The same bytes for any number of threads, and for two runs.
 mod determinism;
 /// Light from environments in scenes by their grids.
@@ -12,6 +14,8 @@ mod environment_grids;
 mod environment_light;
 /// Maps of radiance: orientation, range, files.
 mod environments;
+/// Commands and tests resolve the same features.
+mod features;
 /// The GPU baker against rays and exact answers.
 mod gpu;
 /// An instance shades like the equally transformed mesh, baked anew.
