@@ -1,8 +1,10 @@
 //! What a bake does, besides where.
 
 use aogrid_grid_format::{
-    BoundaryMode, Encoding, FACE_SIZES, Interior, Method, RAY_COUNTS, TexelFormat,
+    BoundaryMode, Encoding, FACE_SIZES, GridSpec, Interior, Method, RAY_COUNTS, TexelFormat,
 };
+
+use crate::{PreparedMesh, SignedLayers, TriangleMesh};
 
 /// All that decides a grid besides the mesh and the [`Placement`](crate::Placement). One
 /// structure serves every baker. There is no default: [`BakeOptions::recommended`] says in
@@ -48,18 +50,30 @@ impl BakeOptions {
     /// exactly on cell centres, and there is no right answer for a sample on a face.
     pub const SAMPLE_OFFSET: [f32; 3] = [3.1e-4, -1.7e-4, 4.3e-4];
 
-    /// Six 16×16 faces, unlimited distance, interior filled, JGT boundary, cones in 8 bits:
-    /// the papers' choices.
+    /// Six 16×16 faces, unlimited distance, JGT boundary, cones in 8 bits, the papers' choices;
+    /// and the interior filled, also that of meshes with holes.
     pub fn recommended() -> Self {
         Self {
             method: Method::Faces { size: 16 },
             max_distance: None,
             sample_offset: Self::SAMPLE_OFFSET,
-            interior: Interior::Fill,
+            interior: Interior::Signed,
             boundary: BoundaryMode::Jgt,
             encoding: Encoding::Cone,
             format: TexelFormat::Unorm8,
         }
+    }
+
+    /// Returns the signed layers around `mesh` if these options need them.
+    pub fn layers(&self, mesh: &TriangleMesh, spec: GridSpec) -> Option<SignedLayers> {
+        let needed = self.interior == Interior::Signed;
+        needed.then(|| SignedLayers::around(mesh, spec, self.sample_offset))?
+    }
+
+    /// [`BakeOptions::layers`] around a mesh that is prepared already.
+    pub fn layers_of(&self, mesh: &PreparedMesh) -> Option<SignedLayers> {
+        let needed = self.interior == Interior::Signed;
+        needed.then(|| mesh.signed_layers())?
     }
 
     /// Checks every range. Bakers call it first.

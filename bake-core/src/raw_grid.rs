@@ -2,6 +2,8 @@
 
 use aogrid_grid_format::GridSpec;
 
+use crate::SignedLayers;
+
 /// The occluded directions of one cell, reduced.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
@@ -36,11 +38,15 @@ pub struct RawGrid {
     pub counts: Vec<u32>,
     /// How many directions were tested per cell.
     pub directions: u32,
+    /// The signed layers around the cells, from which the inside of an open mesh is known. None
+    /// for a mesh without unbalanced edges, and where nobody asked for them: then only cells
+    /// that are [enclosed](RawGrid::is_enclosed) are inside.
+    pub layers: Option<SignedLayers>,
 }
 
 impl RawGrid {
-    /// Whether the cell at `idx` is inside the object: its every direction is occluded.
-    pub fn is_interior(&self, idx: usize) -> bool {
+    /// Whether every direction of the cell at `idx` is occluded.
+    pub fn is_enclosed(&self, idx: usize) -> bool {
         self.counts[idx] == self.directions
     }
 }

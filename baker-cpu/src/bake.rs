@@ -46,7 +46,8 @@ pub fn bake(
 }
 
 impl Occluder {
-    /// [`bake()`] around the mesh of this occluder, by rays.
+    /// [`bake()`] around the mesh of this occluder, by rays; without its signed layers, which
+    /// are [the options'](BakeOptions::layers).
     ///
     /// # Errors
     ///
@@ -79,6 +80,7 @@ impl Occluder {
             moments,
             counts,
             directions,
+            layers: None,
         })
     }
 }

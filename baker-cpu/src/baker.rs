@@ -1,7 +1,7 @@
 //! The choice between the sweep and rays, and one object for both.
 
 use aogrid_bake_core::{
-    BakeOptions, Kernel, Observer, PreparedMesh, RawGrid, TriangleMesh, WhyRays,
+    BakeOptions, Kernel, Observer, PreparedMesh, RawGrid, SignedLayers, TriangleMesh, WhyRays,
 };
 use aogrid_grid_format::{GridSpec, Method};
 
@@ -27,7 +27,10 @@ enum Ready<'a> {
         mesh: PreparedMesh,
         size: u32,
     },
-    Rays(Occluder),
+    Rays {
+        occluder: Occluder,
+        layers: Option<SignedLayers>,
+    },
 }
 
 impl Baker {
@@ -53,8 +56,12 @@ impl Baker {
         options: &'a BakeOptions,
     ) -> Result<Prepared<'a>, BakeError> {
         options.validate()?;
+        let rays = || Ready::Rays {
+            occluder: Occluder::new(mesh),
+            layers: options.layers(mesh, spec),
+        };
         let (ready, why_rays) = match self.choice {
-            Some(Kernel::Rays) => (Ready::Rays(Occluder::new(mesh)), None),
+            Some(Kernel::Rays) => (rays(), None),
             choice => match ready_to_sweep(mesh, spec, options, choice.is_none()) {
                 Ok((mesh, size)) => {
                     let sweeper = &mut self.sweeper;
@@ -66,7 +73,7 @@ impl Baker {
                     (ready, None)
                 }
                 Err(why) if choice.is_some() => return Err(BakeError::NoSweep(why)),
-                Err(why) => (Ready::Rays(Occluder::new(mesh)), Some(why)),
+                Err(why) => (rays(), Some(why)),
             },
         };
         Ok(Prepared {
@@ -102,7 +109,7 @@ impl Prepared<'_> {
     pub fn kernel(&self) -> Kernel {
         match self.ready {
             Ready::Sweep { .. } => Kernel::Sweep,
-            Ready::Rays(_) => Kernel::Rays,
+            Ready::Rays { .. } => Kernel::Rays,
         }
     }
 
@@ -117,14 +124,22 @@ impl Prepared<'_> {
     ///
     /// Cancellation.
     pub fn bake(&mut self, observer: Observer<'_>) -> Result<RawGrid, BakeError> {
-        match &mut self.ready {
+        let options = self.options;
+        let (raw, layers) = match &mut self.ready {
+            // Both at once, so that no thread waits for the few tasks that layers are.
             Ready::Sweep {
                 sweeper,
                 mesh,
                 size,
-            } => sweeper.bake(mesh, *size, observer),
-            Ready::Rays(occluder) => occluder.bake(self.spec, self.options, observer),
-        }
+            } => rayon::join(
+                || sweeper.bake(mesh, *size, observer),
+                || options.layers_of(mesh),
+            ),
+            Ready::Rays { occluder, layers } => {
+                (occluder.bake(self.spec, options, observer), layers.clone())
+            }
+        };
+        Ok(RawGrid { layers, ..raw? })
     }
 }
 

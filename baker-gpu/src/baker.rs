@@ -1,7 +1,7 @@
 //! The choice between the sweep and rays, and one object for both: as the CPU's baker.
 
 use aogrid_bake_core::{
-    BakeOptions, Kernel, Observer, PreparedMesh, RawGrid, TriangleMesh, WhyRays,
+    BakeOptions, Kernel, Observer, PreparedMesh, RawGrid, SignedLayers, TriangleMesh, WhyRays,
 };
 use aogrid_grid_format::{Encoding, GridSpec, Method};
 
@@ -20,6 +20,8 @@ pub struct Baker {
 pub struct Prepared<'a> {
     options: &'a BakeOptions,
     ready: Ready<'a>,
+    /// Counted on the CPU: it takes a moment, and gives the same for all bakers.
+    layers: Option<SignedLayers>,
     why_rays: Option<WhyRays>,
 }
 
@@ -54,9 +56,11 @@ impl Baker {
             Some(Kernel::Rays) => None,
             choice => match ready_to_sweep(mesh, spec, options, choice.is_none()) {
                 Ok((mesh, size)) => {
+                    let layers = options.layers_of(&mesh);
                     let uploaded = Box::new(self.sweeper.upload(mesh)?);
                     return Ok(Prepared {
                         options,
+                        layers,
                         ready: Ready::Sweep(&mut self.sweeper, uploaded, size),
                         why_rays: None,
                     });
@@ -68,6 +72,7 @@ impl Baker {
         let uploaded = self.caster.upload(mesh, spec, options.sample_offset)?;
         Ok(Prepared {
             options,
+            layers: options.layers(mesh, spec),
             ready: Ready::Rays(&mut self.caster, uploaded),
             why_rays,
         })
@@ -115,9 +120,11 @@ impl Prepared<'_> {
     /// Cancellation, or the device fails.
     pub fn bake(&mut self, observer: Observer<'_>) -> Result<RawGrid, BakeError> {
         let directions = self.options.encoding != Encoding::Occlusion;
-        match &mut self.ready {
+        let mut raw = match &mut self.ready {
             Ready::Sweep(sweeper, mesh, size) => sweeper.bake(mesh, *size, directions, observer),
             Ready::Rays(caster, mesh) => caster.bake(mesh, self.options, directions, observer),
-        }
+        }?;
+        raw.layers = self.layers.clone();
+        Ok(raw)
     }
 }

@@ -24,8 +24,12 @@ pub struct BakeRecord {
     pub max_distance: Option<f32>,
     /// What happened to cells inside the object (RR-5779, 3.3.3).
     pub interior: Interior,
-    /// How many cells had every direction occluded.
+    /// How many cells are inside the object.
     pub interior_cells: u64,
+    /// What is known of an open mesh's inside; none for a mesh without holes, and where only
+    /// enclosed cells count as interior.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inside: Option<Inside>,
     /// What happened to values at the grid's boundary (RR-5779, 3.3.2).
     pub boundary: Boundary,
     /// The mesh.
@@ -69,14 +73,33 @@ impl Method {
     }
 }
 
-/// What happens to cells whose every direction is occluded.
+/// Which cells are inside the object, and what happens to them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Interior {
-    /// They take the average of their neighbours, so that interpolation at the surface is right.
-    Fill,
-    /// They stay at a = 1.
+    /// Cells whose every direction is occluded, and those that signed layers of surface show to be
+    /// inside a mesh with holes. They take the average of their neighbours, so that interpolation
+    /// at the surface is right.
+    Signed,
+    /// Only cells whose every direction is occluded (RR-5779, 3.3.3), filled in the same way.
+    /// Files call it `fill`.
+    #[serde(rename = "fill", alias = "enclosed")]
+    Enclosed,
+    /// They stay as they are baked.
     Keep,
+}
+
+/// The inside of a mesh that has holes, or whose windings contradict each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Inside {
+    /// Cells of which it is in doubt whether they are inside: beside a sheet or in a bowl.
+    pub doubtful_cells: u64,
+    /// Doubtful cells over all that are doubtful or inside, 0..1; 1 for a sheet, 0 for a solid
+    /// with small holes.
+    pub doubt: f32,
+    /// Interior cells that more faces point towards than away from: the mesh is inside out, or
+    /// the walls of a room.
+    pub inward_cells: u64,
 }
 
 /// How values are rescaled so that they fade out at the grid's boundary.
@@ -128,6 +151,11 @@ impl BakeRecord {
             (self.method.is_in_range(), "method"),
             (positive(self.max_distance), "max_distance"),
             ((0.0..=1.0).contains(&self.boundary.v_m), "boundary"),
+            (
+                self.inside
+                    .is_none_or(|inside| (0.0..=1.0).contains(&inside.doubt)),
+                "inside",
+            ),
         ];
         checks.into_iter().find(|(ok, _)| !ok).map(|(_, name)| name)
     }

@@ -36,8 +36,9 @@ fn record() -> BakeRecord {
         sample_offset: [3.1e-4, -1.7e-4, 4.3e-4],
         method: Method::Faces { size: 16 },
         max_distance: None,
-        interior: Interior::Fill,
+        interior: Interior::Enclosed,
         interior_cells: 12,
+        inside: None,
         boundary: Boundary {
             requested: BoundaryMode::Jgt,
             applied: BoundaryMode::Rr,

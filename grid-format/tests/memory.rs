@@ -22,6 +22,7 @@ fn file() -> Vec<u8> {
         max_distance: None,
         interior: Interior::Keep,
         interior_cells: 0,
+        inside: None,
         boundary: Boundary {
             requested: BoundaryMode::None,
             applied: BoundaryMode::None,

@@ -80,6 +80,7 @@ mod tests {
             counts: vec![0; moments.len()],
             moments,
             directions: 10,
+            layers: None,
         }
     }
 

@@ -1,19 +1,75 @@
 //! Cells inside the object take the values of those around it, so that interpolation across
 //! the surface is right where it matters, outside (RR-5779, 3.3.3).
 
+use aogrid_grid_format::Inside;
+
+use crate::layers::CellClass;
 use crate::{Moments, RawGrid};
 
 use super::PostError;
 
+/// Which cells of a grid are inside.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Classification {
+    classes: Vec<CellClass>,
+    /// Of a mesh whose layers were counted.
+    is_open: bool,
+}
+
+impl Classification {
+    /// Classifies every cell: those whose every direction is occluded are inside, and those that
+    /// the grid's signed layers, where it has them, show to be inside.
+    pub fn of(raw: &RawGrid) -> Self {
+        let class = |idx: usize| {
+            let is_enclosed = raw.is_enclosed(idx);
+            match &raw.layers {
+                Some(layers) => layers.class(raw.spec.cell_at(idx), is_enclosed),
+                None => CellClass {
+                    is_interior: is_enclosed,
+                    ..CellClass::default()
+                },
+            }
+        };
+        Self {
+            classes: (0..raw.counts.len()).map(class).collect(),
+            is_open: raw.layers.is_some(),
+        }
+    }
+
+    /// The class of each cell, x fastest.
+    pub fn classes(&self) -> &[CellClass] {
+        &self.classes
+    }
+
+    /// How many cells are inside.
+    pub fn interior_cells(&self) -> usize {
+        self.count(|class| class.is_interior)
+    }
+
+    /// How sure that is; none where there was no question.
+    pub fn inside(&self) -> Option<Inside> {
+        let doubtful = self.count(|class| class.is_doubtful);
+        let either = self.count(|class| class.is_doubtful || class.is_interior);
+        self.is_open.then(|| Inside {
+            doubtful_cells: doubtful as u64,
+            doubt: doubtful as f32 / either.max(1) as f32,
+            inward_cells: self.count(|class| class.is_inward) as u64,
+        })
+    }
+
+    fn count(&self, is: impl Fn(&CellClass) -> bool) -> usize {
+        self.classes.iter().filter(|class| is(class)).count()
+    }
+}
+
 /// Replaces the moments of every interior cell by the average over its six neighbours that are
 /// not interior or have been filled, in Jacobi sweeps: a sweep sees only the sweep before, so
-/// the result does not depend on the order of cells. Gives the number of interior cells.
-pub(super) fn fill(raw: &mut RawGrid) -> Result<usize, PostError> {
-    let cells = raw.counts.len();
-    let mut known: Vec<bool> = (0..cells).map(|idx| !raw.is_interior(idx)).collect();
-    let mut pending: Vec<usize> = (0..cells).filter(|&idx| !known[idx]).collect();
-    let interior = pending.len();
-    if interior == cells {
+/// the result does not depend on the order of cells.
+pub(super) fn fill(raw: &mut RawGrid, classification: &Classification) -> Result<(), PostError> {
+    let classes = classification.classes();
+    let mut known: Vec<bool> = classes.iter().map(|class| !class.is_interior).collect();
+    let mut pending: Vec<usize> = (0..classes.len()).filter(|&idx| !known[idx]).collect();
+    if pending.len() == classes.len() {
         return Err(PostError::AllInterior(raw.spec.half_extents()));
     }
     while !pending.is_empty() {
@@ -28,7 +84,7 @@ pub(super) fn fill(raw: &mut RawGrid) -> Result<usize, PostError> {
             known[idx] = true;
         }
     }
-    Ok(interior)
+    Ok(())
 }
 
 fn average_of_known(raw: &RawGrid, known: &[bool], idx: usize) -> Option<Moments> {
@@ -60,7 +116,8 @@ fn neighbours(raw: &RawGrid, idx: usize) -> impl Iterator<Item = usize> + '_ {
 mod tests {
     use aogrid_grid_format::GridSpec;
 
-    use super::*;
+    use super::{Classification, PostError};
+    use crate::{Moments, RawGrid};
 
     /// 8³ cells; those of `interior` are fully occluded, the others have a from their x.
     fn raw(interior: impl Fn([u32; 3]) -> bool) -> RawGrid {
@@ -88,7 +145,15 @@ mod tests {
             moments,
             counts,
             directions: 10,
+            layers: None,
         }
+    }
+
+    /// Fills what is inside, and returns how many cells that are.
+    fn fill(raw: &mut RawGrid) -> Result<usize, PostError> {
+        let classification = Classification::of(raw);
+        super::fill(raw, &classification)?;
+        Ok(classification.interior_cells())
     }
 
     #[test]
@@ -140,7 +205,7 @@ mod tests {
         let filled = |turn: &dyn Fn([u32; 3]) -> [u32; 3]| {
             let mut grid = raw(|cell| inside(turn(cell)));
             for idx in 0..grid.counts.len() {
-                if !grid.is_interior(idx) {
+                if !grid.is_enclosed(idx) {
                     grid.moments[idx].a = value(turn(grid.spec.cell_at(idx)));
                 }
             }

@@ -6,6 +6,8 @@ mod interior;
 
 use aogrid_grid_format::{BakeRecord, EncodeError, Grid, Interior, Source};
 
+pub use interior::Classification;
+
 use crate::{BakeOptions, Extent, Placement, RawGrid};
 
 /// Why moments cannot become a grid.
@@ -39,12 +41,10 @@ pub fn finish(
     options: &BakeOptions,
     source: Source,
 ) -> Result<Grid, PostError> {
-    let interior_cells = match options.interior {
-        Interior::Fill => interior::fill(&mut raw)?,
-        Interior::Keep => (0..raw.counts.len())
-            .filter(|&idx| raw.is_interior(idx))
-            .count(),
-    };
+    let classification = Classification::of(&raw);
+    if options.interior != Interior::Keep {
+        interior::fill(&mut raw, &classification)?;
+    }
     let boundary = boundary::treat(&mut raw, options.boundary)?;
     let cells: Vec<[f32; 4]> = raw
         .moments
@@ -63,7 +63,8 @@ pub fn finish(
         method: options.method,
         max_distance: options.max_distance,
         interior: options.interior,
-        interior_cells: interior_cells as u64,
+        interior_cells: classification.interior_cells() as u64,
+        inside: classification.inside(),
         boundary,
         source,
     };

@@ -44,10 +44,38 @@ pub struct LoneEdge {
 }
 
 /// All edges, ordered by their vertices.
-#[derive(Debug, Default)]
-pub(super) struct Edges {
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Edges {
     pub pairs: Vec<Edge>,
     pub lone: Vec<LoneEdge>,
+    pub facts: EdgeFacts,
+}
+
+/// Facts about all edges that are cheap to collect while they are found.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct EdgeFacts {
+    /// Edges, each counted once whatever the number of its half-edges.
+    pub distinct: usize,
+    /// Pairs whose half-edges run the same way.
+    pub same_way: usize,
+    /// Triangles among which are all that have the three corners of another; some come twice.
+    pub may_repeat: Vec<u32>,
+}
+
+impl EdgeFacts {
+    fn add(&mut self, other: &Self) {
+        self.distinct += other.distinct;
+        self.same_way += other.same_way;
+        self.may_repeat.extend(&other.may_repeat);
+    }
+}
+
+impl Edge {
+    /// Whether both triangles run along the edge in the same direction: their windings contradict
+    /// each other.
+    pub(crate) fn runs_one_way(&self) -> bool {
+        self.sides[0].is_reversed() == self.sides[1].is_reversed()
+    }
 }
 
 /// More parts than this would read the triangles more often than it saves.
@@ -55,16 +83,19 @@ const MOST_PARTS: usize = 8;
 
 /// Finds the edges of triangles whose corners differ. The result does not depend on the number
 /// of threads: each takes a range of lower vertices, and the ranges follow each other.
-pub(super) fn edges(triangles: &[[u32; 3]], n_vertices: usize) -> Edges {
+pub(crate) fn edges(triangles: &[[u32; 3]], n_vertices: usize) -> Edges {
     let n_parts = rayon::current_num_threads().clamp(1, MOST_PARTS);
     let bound = |part: usize| (n_vertices * part / n_parts) as u32;
     let parts: Vec<Edges> = (0..n_parts)
         .into_par_iter()
         .map(|part| edges_from(triangles, bound(part)..bound(part + 1)))
         .collect();
+    let mut facts = EdgeFacts::default();
+    parts.iter().for_each(|part| facts.add(&part.facts));
     Edges {
         pairs: joined(parts.iter().map(|part| &part.pairs[..]).collect()),
         lone: joined(parts.iter().map(|part| &part.lone[..]).collect()),
+        facts,
     }
 }
 
@@ -118,15 +149,37 @@ fn edges_from(triangles: &[[u32; 3]], lower: Range<u32>) -> Edges {
     let mut edges = Edges::default();
     edges.pairs.reserve(n_half_edges / 2);
     let mut start = 0;
+    let mut neighbors = Vec::new();
     for (vertex, &end) in lower.clone().zip(&starts) {
         let bucket = &mut half_edges[start..end as usize];
         start = end as usize;
         bucket.sort_unstable();
+        let before = edges.pairs.len();
         for same_end in bucket.chunk_by(|a, b| a >> 32 == b >> 32) {
             pair_up(vertex, same_end, &mut edges);
         }
+        let Edges { pairs, facts, .. } = &mut edges;
+        if share_two_edges(&pairs[before..], &mut neighbors) {
+            facts.may_repeat.extend(neighbors.as_flattened());
+        }
     }
     edges
+}
+
+/// Whether the same two triangles, given in `neighbors`, meet at two of `edges`, which have one lower vertex: triangles
+/// with the same three corners do, at the two edges of their lowest corner, and others do not
+/// unless more than two triangles meet at an edge.
+fn share_two_edges(edges: &[Edge], neighbors: &mut Vec<[u32; 2]>) -> bool {
+    if edges.len() < 2 {
+        return false;
+    }
+    neighbors.clear();
+    neighbors.extend(edges.iter().map(|edge| {
+        let [one, other] = edge.sides.map(|side| side.0 & !REVERSED);
+        [one.min(other), one.max(other)]
+    }));
+    neighbors.sort_unstable();
+    neighbors.windows(2).any(|pair| pair[0] == pair[1])
 }
 
 /// The upper vertex, then the half-edge, so that a sorted bucket has edges together and in them
@@ -141,14 +194,27 @@ fn pair_up(lower: u32, same_end: &[u64], edges: &mut Edges) {
     let vertices = [lower, (same_end[0] >> 32) as u32];
     let side = |packed: &u64| HalfEdge(*packed as u32);
     let mut rest = same_end;
+    let mut same_way = 0;
     while let [first, middle @ .., last] = rest {
-        let sides = [side(first), side(last)];
-        edges.pairs.push(Edge { vertices, sides });
+        let edge = Edge {
+            vertices,
+            sides: [side(first), side(last)],
+        };
+        same_way += usize::from(edge.runs_one_way());
+        edges.pairs.push(edge);
         rest = middle;
     }
     if let [odd] = rest {
         let side = side(odd);
         edges.lone.push(LoneEdge { vertices, side });
+    }
+    edges.facts.distinct += 1;
+    edges.facts.same_way += same_way;
+    if same_end.len() > 2 {
+        let triangles = same_end
+            .iter()
+            .map(|half_edge| side(half_edge).0 & !REVERSED);
+        edges.facts.may_repeat.extend(triangles);
     }
 }
 

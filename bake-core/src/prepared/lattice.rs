@@ -9,17 +9,35 @@ use crate::mesh::Bounds;
 /// texels across can show, and such that 32 cells fit [`COORDINATE_BITS`].
 const FINEST: u32 = 19;
 
-/// The lattice is at least this fine: at 2⁻¹³ of a cell a mesh may reach 2048 cells from the
-/// first sample, which is the largest grid. Coarser would be visible.
-const COARSEST: u32 = 13;
+/// How far a mesh and a grid may differ in size.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Limits {
+    /// The lattice is at least as fine as 2^-`coarsest` of a cell. It bounds the distance that a
+    /// mesh may reach from the first sample: see [`COORDINATE_BITS`].
+    pub coarsest: u32,
+    /// A cell may be this many times longer than wide.
+    pub max_stretch: f64,
+}
+
+impl Limits {
+    /// Of the direction sweep. At 2⁻¹³ of a cell a mesh may reach 2048 cells, which is the
+    /// largest grid; coarser would be visible. Slopes in cells grow with the stretch, and the
+    /// sweep's single floats become as many times coarser.
+    pub(crate) const SWEEP: Self = Self {
+        coarsest: 13,
+        max_stretch: 64.0,
+    };
+
+    /// Of signed layers, which are exact integers and decide about whole cells.
+    pub(crate) const LAYERS: Self = Self {
+        coarsest: 4,
+        max_stretch: 65_536.0,
+    };
+}
 
 /// A coordinate's magnitude is at most 2²⁴: a single float holds it exactly, and products of
 /// two differences of coordinates, of which orientation tests are made, stay below 2⁵².
 const COORDINATE_BITS: u32 = 24;
-
-/// A cell may be this many times longer than wide. The sweep's slopes in cells grow with it,
-/// and its single floats become as many times coarser.
-const MOST_STRETCHED: f64 = 64.0;
 
 /// Points of the lattice: the sample of cell (i, j, k) is at (i, j, k) · 2^bits.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,10 +54,11 @@ impl Lattice {
         spec: &GridSpec,
         sample_offset: [f32; 3],
         bounds: &Bounds,
+        limits: Limits,
     ) -> Result<Self, PrepareError> {
         let size = spec.cell_size();
         let [smallest, largest] = [f64::min, f64::max].map(|f| f(f(size[0], size[1]), size[2]));
-        if largest > MOST_STRETCHED * smallest {
+        if largest > limits.max_stretch * smallest {
             return Err(PrepareError::Stretched(largest / smallest));
         }
         let from = spec.center().map(f64::from);
@@ -52,7 +71,9 @@ impl Lattice {
             .flat_map(|x| [in_cells(bounds.min[x], x), in_cells(bounds.max[x], x)])
             .fold(0.0, |reach: f64, v| reach.max(v.abs()));
         let most = |bits: u32| f64::from(1_u32 << (COORDINATE_BITS - bits));
-        let bits = (COARSEST..=FINEST).rev().find(|&bits| reach <= most(bits));
+        let bits = (limits.coarsest..=FINEST)
+            .rev()
+            .find(|&bits| reach <= most(bits));
         let bits = bits.ok_or(PrepareError::TooFar(reach))?;
         let scale = f64::from(1_u32 << bits);
         Ok(Self {
@@ -100,7 +121,7 @@ mod tests {
             min: [1.0 - reach, 2.0, 3.0],
             max: [1.0 + reach, 2.0, 3.0],
         };
-        Lattice::new(&spec, [0.25, 0.0, -0.25], &bounds)
+        Lattice::new(&spec, [0.25, 0.0, -0.25], &bounds, Limits::SWEEP)
     }
 
     #[test]
@@ -111,7 +132,7 @@ mod tests {
             min: [0.0, 1.0, 2.0],
             max: [2.0, 3.0, 4.0],
         };
-        let lattice = Lattice::new(&spec, offset, &bounds).unwrap();
+        let lattice = Lattice::new(&spec, offset, &bounds, Limits::SWEEP).unwrap();
         assert_eq!(lattice.bits(), 19);
         for cell in [[0, 0, 0], [31, 7, 15], [3, 4, 5]] {
             let sample = spec.sample_from_center(cell, offset.map(f64::from));

@@ -20,11 +20,14 @@ mod lattice;
 use aogrid_grid_format::GridSpec;
 use rayon::prelude::*;
 
+pub(crate) use edges::Edges;
+use edges::edges as find_edges;
 pub use edges::{Edge, HalfEdge, LoneEdge};
 pub use lattice::Lattice;
+pub(crate) use lattice::Limits;
 
 use crate::TriangleMesh;
-use crate::mesh::first_at_place;
+use crate::mesh::{Bounds, first_at_place};
 
 /// See the [module](self).
 #[derive(Debug)]
@@ -33,8 +36,8 @@ pub struct PreparedMesh {
     lattice: Lattice,
     vertices: Vec<[i32; 3]>,
     triangles: Vec<[u32; 3]>,
-    pairs: Vec<Edge>,
-    lone: Vec<LoneEdge>,
+    edges: Edges,
+    bounds: [[i32; 3]; 2],
 }
 
 /// Why a mesh and a grid do not fit the sweep. Rays have no such limits.
@@ -64,25 +67,38 @@ impl PreparedMesh {
         spec: GridSpec,
         sample_offset: [f32; 3],
     ) -> Result<Self, PrepareError> {
+        Self::within(Limits::SWEEP, mesh, spec, sample_offset)
+    }
+
+    /// [`PreparedMesh::new`], with other limits than the sweep's.
+    pub(crate) fn within(
+        limits: Limits,
+        mesh: &TriangleMesh,
+        spec: GridSpec,
+        sample_offset: [f32; 3],
+    ) -> Result<Self, PrepareError> {
         let n_triangles = mesh.triangles().len();
         if n_triangles >= 1 << 31 {
             return Err(PrepareError::TooMany(n_triangles));
         }
-        let lattice = Lattice::new(&spec, sample_offset, &mesh.bounds())?;
+        let lattice = Lattice::new(&spec, sample_offset, &mesh.bounds(), limits)?;
+        let Bounds { min, max } = mesh.bounds();
+        // Rounding keeps the order.
+        let bounds = [min, max].map(|corner| lattice.snap(corner));
         let snapped: Vec<[i32; 3]> = mesh
             .positions()
             .par_iter()
             .map(|&position| lattice.snap(position))
             .collect();
         let (vertices, triangles) = weld(snapped, mesh.triangles());
-        let edges = edges::edges(&triangles, vertices.len());
+        let edges = find_edges(&triangles, vertices.len());
         Ok(Self {
             spec,
             lattice,
             vertices,
             triangles,
-            pairs: edges.pairs,
-            lone: edges.lone,
+            edges,
+            bounds,
         })
     }
 
@@ -109,12 +125,22 @@ impl PreparedMesh {
 
     /// Half-edges in pairs.
     pub fn edges(&self) -> &[Edge] {
-        &self.pairs
+        &self.edges.pairs
     }
 
     /// Half-edges alone.
     pub fn lone_edges(&self) -> &[LoneEdge] {
-        &self.lone
+        &self.edges.lone
+    }
+
+    /// Both kinds of edges, and facts about them.
+    pub(crate) fn all_edges(&self) -> &Edges {
+        &self.edges
+    }
+
+    /// The smallest and the largest coordinates of the triangles' vertices.
+    pub(crate) fn bounds(&self) -> [[i32; 3]; 2] {
+        self.bounds
     }
 
     /// The normal of a triangle by the right-hand rule, in squared steps: exact, below 2⁵².

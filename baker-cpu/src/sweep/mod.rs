@@ -166,7 +166,7 @@ impl Sweeper {
     }
 
     /// Bakes six faces of `size` × `size` texels around every cell of the mesh's grid, on all
-    /// threads. The same input gives the same bits, for any number of threads.
+    /// threads; without its signed layers, which are [the mesh's](PreparedMesh::signed_layers). The same input gives the same bits, for any number of threads.
     ///
     /// # Errors
     ///
@@ -246,6 +246,7 @@ impl Sweeper {
             moments,
             counts,
             directions,
+            layers: None,
         })
     }
 }

@@ -210,6 +210,7 @@ impl Caster {
             moments: Vec::with_capacity(total),
             counts: Vec::with_capacity(total),
             directions: options.method.directions(),
+            layers: None,
         };
         let (cells, size) = match (variant, options.method) {
             (Variant::FacesWithBits, Method::Faces { size }) => (total, size),

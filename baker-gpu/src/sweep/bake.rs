@@ -102,6 +102,7 @@ impl<'a> Bake<'a> {
             moments: self.sums.iter().map(|s| s.moments(directions)).collect(),
             counts: self.sums.iter().map(|s| s.count).collect(),
             directions,
+            layers: None,
         };
         ((raw, self.bits), self.store)
     }

@@ -77,8 +77,9 @@ fn record() -> BakeRecord {
         sample_offset: [0.0; 3],
         method: Method::Faces { size: 16 },
         max_distance: None,
-        interior: Interior::Fill,
+        interior: Interior::Enclosed,
         interior_cells: 0,
+        inside: None,
         boundary: Boundary {
             requested: BoundaryMode::None,
             applied: BoundaryMode::None,

@@ -121,7 +121,7 @@ fn compare(
 ) -> usize {
     let away = receivers.iter().filter(|receiver| {
         let cells = cells_around(grid.spec(), receiver.position);
-        cells.is_none_or(|cells| cells.iter().all(|&idx| !raw.is_interior(idx)))
+        cells.is_none_or(|cells| cells.iter().all(|&idx| !raw.is_enclosed(idx)))
     });
     let on_itself = scene.contains("_self");
     let shaded = Shaded::in_object_space(grid);
@@ -237,7 +237,7 @@ fn errors(
         errors.n += 1.0;
         errors.from_truth += from("truth");
         let cells = cells_around(grid.spec(), receiver.position);
-        if cells.is_none_or(|cells| cells.iter().all(|&idx| !raw.is_interior(idx))) {
+        if cells.is_none_or(|cells| cells.iter().all(|&idx| !raw.is_enclosed(idx))) {
             errors.away += 1.0;
             errors.from_column += from(column);
         }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use aogrid_bake_core::mesh::{self, MeshReport};
-use aogrid_grid_format::{BakeRecord, Grid, GridSpec};
+use aogrid_grid_format::{BakeRecord, Grid, GridSpec, Interior};
 use serde::Serialize;
 
 use crate::console::Console;
@@ -165,10 +165,7 @@ fn grid_lines(grid: &Grid) -> Vec<String> {
             record.method
         ),
         format!("distance   {max_distance}"),
-        format!(
-            "interior   {} cells, {:?}",
-            record.interior_cells, record.interior
-        ),
+        format!("interior   {}", interior_line(record)),
         format!(
             "boundary   {:?} (asked for: {:?}), V_M {:.5}",
             boundary.applied, boundary.requested, boundary.v_m
@@ -182,6 +179,26 @@ fn grid_lines(grid: &Grid) -> Vec<String> {
         format!("hash       {}", source.blake3),
         format!("writer     {}", grid.writer()),
     ]
+}
+
+/// The cells inside a model, in a line.
+pub(crate) fn interior_line(record: &BakeRecord) -> String {
+    let cells = record.interior_cells;
+    let mut line = match record.interior {
+        Interior::Signed => format!("{cells} interior cells filled"),
+        Interior::Enclosed => format!("{cells} enclosed cells filled"),
+        Interior::Keep => format!("{cells} enclosed cells kept"),
+    };
+    if let Some(inside) = &record.inside {
+        if inside.doubtful_cells > 0 {
+            let percent = (100.0 * inside.doubt).round();
+            line += &format!(", {} cells in doubt ({percent} %)", inside.doubtful_cells);
+        }
+        if inside.inward_cells > 0 {
+            line += &format!(", {} where faces point inward", inside.inward_cells);
+        }
+    }
+    line
 }
 
 /// Where a grid lies, in a line.

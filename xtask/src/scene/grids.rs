@@ -3,17 +3,20 @@
 use std::sync::Arc;
 
 use anyhow::Context;
+use aogrid_bake_core::mesh::MeshReport;
 use aogrid_bake_core::{Observer, post};
 use aogrid_baker_cpu::Baker;
 use aogrid_grid_format::{Grid, Source};
 
 use super::{GridSource, Scene, SceneMesh};
+use crate::commands::bake::warnings;
 use crate::commands::info::read_grid;
 
 /// Grids that were read or baked, each once: one object serves many scenes.
 #[derive(Default)]
 pub struct Grids {
     made: Vec<(GridSource, Source, Arc<Grid>)>,
+    warnings: Vec<String>,
 }
 
 impl Grids {
@@ -44,6 +47,11 @@ impl Grids {
             .collect()
     }
 
+    /// Takes what there is to know of the grids baked since the last call, a line each.
+    pub fn take_warnings(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.warnings)
+    }
+
     fn of(&mut self, mesh: &SceneMesh, observer: Observer<'_>) -> anyhow::Result<Arc<Grid>> {
         let known = self
             .made
@@ -59,7 +67,11 @@ impl Grids {
                 let raw = Baker::new(None)
                     .prepare(&mesh.mesh, spec, options)?
                     .bake(observer)?;
-                post::finish(raw, placement, options, mesh.source.clone())?
+                let grid = post::finish(raw, placement, options, mesh.source.clone())?;
+                let warnings = warnings(&grid, &MeshReport::new(&mesh.mesh));
+                let named = |warning| format!("mesh `{}`: {warning}", mesh.name);
+                self.warnings.extend(warnings.into_iter().map(named));
+                grid
             }
         });
         let entry = (mesh.grid.clone(), mesh.source.clone(), grid.clone());

@@ -208,4 +208,6 @@ macro_rules! names {
 names!(EncodingFile for Encoding: Cone = "cone", Occlusion = "occlusion");
 names!(FormatFile for TexelFormat: Unorm8 = "unorm8", F16 = "f16", F32 = "f32");
 names!(BoundaryFile for BoundaryMode: Jgt = "jgt", Rr = "rr", None = "none");
-names!(InteriorFile for Interior: Fill = "fill", Keep = "keep");
+names!(
+    InteriorFile for Interior: Signed = "signed", Enclosed = "enclosed", Keep = "keep"
+);

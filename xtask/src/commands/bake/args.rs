@@ -55,8 +55,9 @@ pub(crate) struct Args {
     /// research report, or not at all
     #[arg(long, value_enum, default_value_t = BoundaryArg::Jgt)]
     pub boundary: BoundaryArg,
-    /// What happens to cells inside the model
-    #[arg(long, value_enum, default_value_t = InteriorArg::Fill)]
+    /// Which cells count as inside the model and take the values around it: those that signed
+    /// layers of surface show to be inside, holes or not; only those that see no sky; or none
+    #[arg(long, value_enum, default_value_t = InteriorArg::Signed)]
     pub interior: InteriorArg,
     /// Where in a cell its sample lies, in cells from the centre, each within ±0.5
     /// [default: 0.00031,-0.00017,0.00043]
@@ -143,7 +144,9 @@ pub(crate) enum BoundaryArg {
 
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum InteriorArg {
-    Fill,
+    Signed,
+    #[value(alias = "fill")]
+    Enclosed,
     Keep,
 }
 
@@ -221,7 +224,8 @@ impl Args {
             max_distance: self.max_distance,
             sample_offset: self.sample_offset.unwrap_or(BakeOptions::SAMPLE_OFFSET),
             interior: match self.interior {
-                InteriorArg::Fill => Interior::Fill,
+                InteriorArg::Signed => Interior::Signed,
+                InteriorArg::Enclosed => Interior::Enclosed,
                 InteriorArg::Keep => Interior::Keep,
             },
             boundary: match self.boundary {

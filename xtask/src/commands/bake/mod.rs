@@ -3,6 +3,7 @@
 mod args;
 mod jobs;
 mod report;
+mod warnings;
 
 use std::path::Path;
 use std::time::Instant;
@@ -10,11 +11,12 @@ use std::time::Instant;
 use anyhow::Context;
 use aogrid_bake_core::mesh::{self, LoadedMesh, MeshReport};
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, post};
-use aogrid_grid_format::{BoundaryMode, GridSpec, Interior, Source};
+use aogrid_grid_format::{GridSpec, Source};
 
 pub(crate) use args::{Args, SamplingArgs, face_size, resolution};
 use jobs::{Job, Jobs};
 use report::{Baked, KernelReport, Outcome, Outputs, Times};
+pub(crate) use warnings::warnings;
 
 use crate::backend::Backend;
 use crate::console::Console;
@@ -109,15 +111,8 @@ impl Baker<'_> {
         }
         output::check(&job.out)?;
         let baked = self.bake(job, mesh, spec, report, console)?;
-        warn_of_holes(job, &baked, console);
-        let record = baked.grid.record();
-        if record.boundary.requested != record.boundary.applied {
-            debug_assert_eq!(record.boundary.applied, BoundaryMode::Rr);
-            console.warning(&format!(
-                "{}: occlusion at the grid's boundary is {:.3}, too much for boundary `jgt`; \
-                 `rr` was used: a larger grid would help",
-                job.title, record.boundary.v_m
-            ));
+        for warning in warnings(&baked.grid, &baked.report) {
+            console.warning(&format!("{}: {warning}", job.title));
         }
         output::write(&job.out, &baked.grid.to_bytes())?;
         Ok(Outcome::baked(job, baked))
@@ -163,23 +158,6 @@ impl Baker<'_> {
                 threads: rayon::current_num_threads(),
             },
         })
-    }
-}
-
-/// From this occlusion on a cell is inside the model for anyone who looks at it.
-const AS_GOOD_AS_INSIDE: f32 = 0.99;
-
-/// Through the smallest hole some directions of the cells inside are open: then they are not
-/// interior, keep their values, and darken the surface that they are interpolated with.
-fn warn_of_holes(job: &Job, baked: &Baked, console: &Console) {
-    let largest = baked.grid.statistics().largest;
-    let filled = baked.grid.record().interior == Interior::Fill;
-    if filled && !baked.report.is_closed() && largest >= AS_GOOD_AS_INSIDE {
-        console.warning(&format!(
-            "{}: light gets in through holes, so that cells inside are not filled (the largest \
-             occlusion is {largest:.3}): the model's own surface will be too dark; close the holes",
-            job.title
-        ));
     }
 }
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use aogrid_bake_core::mesh::MeshReport;
-use aogrid_grid_format::{BoundaryMode, Grid, GridSpec, Interior, Method};
+use aogrid_grid_format::{BoundaryMode, Grid, GridSpec, Method};
 use serde::Serialize;
 
 use super::jobs::Job;
@@ -168,19 +168,15 @@ fn sampling_line(grid: &Grid, kernel: &KernelReport) -> String {
         Method::Faces { size } => format!("six {size}×{size} faces a cell"),
         Method::Rays { count, seed } => format!("{count} rays a cell, seed {seed}"),
     };
-    let interior = match record.interior {
-        Interior::Fill => "filled",
-        Interior::Keep => "kept",
-    };
     let boundary = match record.boundary.applied {
         BoundaryMode::Jgt => "jgt",
         BoundaryMode::Rr => "rr",
         BoundaryMode::None => "none",
     };
     format!(
-        "{method} ({}); {} interior cells {interior}; boundary {boundary}, V_M = {:.4}",
+        "{method} ({}); {}; boundary {boundary}, V_M = {:.4}",
         kernel.line(),
-        record.interior_cells,
+        info::interior_line(record),
         record.boundary.v_m
     )
 }

@@ -42,10 +42,16 @@ pub(super) fn casters<'a>(job: &Job<'a>, model: Model) -> anyhow::Result<Vec<Cas
     let scene = job.scene;
     let bar = job.console.progress("grids");
     let mut grids = job.grids.borrow_mut();
-    let grids = grids.resolve(scene, &|progress| bar.observe(progress))?;
+    let resolved = grids.resolve(scene, &|progress| bar.observe(progress))?;
     drop(bar);
+    for warning in grids.take_warnings() {
+        job.console
+            .warning(&format!("{}: {warning}", scene.path.display()));
+    }
     let caster = |instance: &'a Instance| {
-        let grid = grids[instance.mesh].clone().context("no grid was made")?;
+        let grid = resolved[instance.mesh]
+            .clone()
+            .context("no grid was made")?;
         ensure!(
             model == Model::Occlusion || grid.encoding() == Encoding::Cone,
             "its grid has no cones: bake it with --encoding cone, or use --mode occlusion"
