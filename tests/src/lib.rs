@@ -5,11 +5,13 @@ mod analytic;
 mod data;
 mod gpu;
 mod lookup;
+mod surface;
 
 pub use analytic::{convex_fraction, form_factor, mesh_of, sphere_fraction};
 pub use data::{files_with_ending, shared, skip};
 pub use gpu::gpu;
 pub use lookup::{Shaded, cells_around};
+pub use surface::{surface_points, truth, winding_number};
 
 use aogrid_bake_core::{BakeOptions, Placement, RawGrid, TriangleMesh, UNOBSERVED, post};
 use aogrid_grid_format::{BoundaryMode, Encoding, Grid, Source, TexelFormat};

@@ -114,6 +114,32 @@ impl Builder {
         self
     }
 
+    /// A sheet of `n`[0] × `n`[1] quads whose corners are `at` (i, j): counter-clockwise where i
+    /// goes right and j goes up. Those that are `open` are left out.
+    pub(super) fn panel(
+        &mut self,
+        n: [usize; 2],
+        at: impl Fn(usize, usize) -> [f64; 3],
+        open: impl Fn(usize, usize) -> bool,
+    ) -> &mut Self {
+        let quads = (0..n[1]).flat_map(|j| (0..n[0]).map(move |i| (i, j)));
+        for (i, j) in quads.filter(|&(i, j)| !open(i, j)) {
+            let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+            let vertices = corners.map(|(i, j)| self.corner(at(i, j)));
+            self.quad(vertices);
+        }
+        self
+    }
+
+    /// The vertex at a position, which sheets share.
+    pub(super) fn corner(&mut self, position: [f64; 3]) -> u32 {
+        let near = |p: &[f64; 3]| (0..3).all(|x| (p[x] - position[x]).abs() * STEPS < 0.5);
+        match self.positions.iter().position(near) {
+            Some(idx) => idx as u32,
+            None => self.vertex(position),
+        }
+    }
+
     /// A tube between two points.
     pub(super) fn limb(&mut self, from: [f64; 3], to: [f64; 3], radii: [f64; 2]) -> &mut Self {
         let ring = |center, radius| Ring { center, radius };

@@ -1,8 +1,10 @@
 //! Our own models, made by code: for trying things out, for tests, for benches. Right-handed,
-//! y up, standing on y = 0, about one or two units large, every part closed.
+//! y up, standing on y = 0, about one or two units large. Those of [`Sample::CLOSED`] enclose
+//! volumes, the others have holes or no thickness.
 
 mod builder;
 mod models;
+mod open;
 mod refine;
 
 use std::fmt::Write;
@@ -27,6 +29,20 @@ pub enum Sample {
     Robot,
     /// Hull, wings, fins and engines, as small as the space ship of RR-5779, table 1.
     SpaceShip,
+    /// A unit cube without its bottom.
+    OpenBox,
+    /// Two boxes without bottoms that overlap.
+    OpenBoxes,
+    /// Walls and a roof without thickness, a door, windows.
+    House,
+    /// Floor and walls that face inward, without a roof.
+    Room,
+    /// A wavy cloth without thickness.
+    Sheet,
+    /// Half a hollow ball without thickness, open above.
+    Bowl,
+    /// A torus with holes, whose every fifth triangle is turned over.
+    Patchwork,
 }
 
 /// Why a model cannot be made.
@@ -53,7 +69,25 @@ pub const MAX_TRIANGLES: usize = 20_000_000;
 
 impl Sample {
     /// Every model.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 14] = [
+        Self::Box,
+        Self::Table,
+        Self::Torus,
+        Self::LShape,
+        Self::Sphere,
+        Self::Robot,
+        Self::SpaceShip,
+        Self::OpenBox,
+        Self::OpenBoxes,
+        Self::House,
+        Self::Room,
+        Self::Sheet,
+        Self::Bowl,
+        Self::Patchwork,
+    ];
+
+    /// The models whose every edge has an even number of triangles.
+    pub const CLOSED: [Self; 7] = [
         Self::Box,
         Self::Table,
         Self::Torus,
@@ -73,11 +107,17 @@ impl Sample {
             Self::Sphere => "sphere",
             Self::Robot => "robot",
             Self::SpaceShip => "space-ship",
+            Self::OpenBox => "open-box",
+            Self::OpenBoxes => "open-boxes",
+            Self::House => "house",
+            Self::Room => "room",
+            Self::Sheet => "sheet",
+            Self::Bowl => "bowl",
+            Self::Patchwork => "patchwork",
         }
     }
 
-    /// The model with its own number of triangles, or refined to `triangles`, rounded up to an
-    /// even number. New vertices of the sphere and the torus lie on the round surface.
+    /// The model with its own number of triangles, or refined to `triangles` or one more. New vertices of the sphere and the torus lie on the round surface.
     ///
     /// # Errors
     ///
@@ -128,8 +168,8 @@ mod tests {
     use crate::mesh::{MeshReport, read_obj};
 
     #[test]
-    fn every_model_is_closed_and_stands_on_the_floor() {
-        for sample in Sample::ALL {
+    fn closed_models_are_closed_and_stand_on_the_floor() {
+        for sample in Sample::CLOSED {
             let mesh = sample.mesh(None).unwrap();
             let report = MeshReport::new(&mesh);
             // Slab and wall of the L have an edge in common.
@@ -159,7 +199,7 @@ mod tests {
 
     #[test]
     fn refined_models_have_the_wished_count_and_stay_closed() {
-        for sample in Sample::ALL {
+        for sample in Sample::CLOSED {
             for wished in [2_500, 10_001] {
                 let mesh = sample.mesh(Some(wished)).unwrap();
                 assert_eq!(
@@ -174,6 +214,55 @@ mod tests {
                     "{sample:?}"
                 );
                 assert!(signed_volume(&mesh) > 0.0, "{sample:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn open_models_have_the_holes_they_should() {
+        for (sample, triangles, boundary_edges) in [
+            (Sample::OpenBox, 10, 4),
+            (Sample::OpenBoxes, 20, 8),
+            // The door, of which one side is the floor's, and four windows.
+            (
+                Sample::House,
+                2 * (13 + 14 + 8 + 8) + 6 + 20 + 30,
+                6 + 1 + 1 + 16,
+            ),
+            (Sample::Room, 10, 4),
+            (Sample::Sheet, 512, 64),
+            (Sample::Bowl, 480, 32),
+        ] {
+            let report = MeshReport::new(&sample.mesh(None).unwrap());
+            let found = (report.triangles, report.boundary_edges);
+            assert_eq!(found, (triangles, boundary_edges), "{sample:?}");
+            let flaws = (
+                report.non_manifold_edges,
+                report.degenerate,
+                report.duplicate,
+            );
+            assert_eq!(flaws, (0, 0, 0), "{sample:?}");
+            let refined = sample.mesh(Some(4001)).unwrap();
+            assert!(
+                (4001..=4002).contains(&refined.triangles().len()),
+                "{sample:?}"
+            );
+            let refined = MeshReport::new(&refined);
+            assert!(refined.boundary_edges >= boundary_edges && refined.degenerate == 0);
+        }
+    }
+
+    #[test]
+    fn open_models_face_outward_but_for_the_room() {
+        for sample in Sample::ALL
+            .into_iter()
+            .filter(|s| !Sample::CLOSED.contains(s))
+        {
+            if ![Sample::Sheet, Sample::Patchwork].contains(&sample) {
+                // Seen from the middle of its opening's plane a hole adds nothing to the volume.
+                let mesh = sample.mesh(None).unwrap();
+                let volume = signed_volume(&mesh);
+                assert_eq!(volume > 0.0, sample != Sample::Room, "{sample:?}: {volume}");
             }
         }
     }

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::Sample;
 use super::builder::{Builder, Ring};
+use super::{Sample, open};
 
 /// Where refinement puts new vertices: on the surface nearest to the given point.
 pub(super) type Surface = fn([f64; 3]) -> [f64; 3];
@@ -27,6 +27,16 @@ pub(super) fn build(sample: Sample, wished: Option<usize>) -> Builder {
         Sample::Sphere => sphere(&mut model, wished),
         Sample::Robot => robot(&mut model),
         Sample::SpaceShip => space_ship(&mut model),
+        Sample::OpenBox => open::open_box(&mut model),
+        Sample::OpenBoxes => open::open_boxes(&mut model),
+        Sample::House => open::house(&mut model),
+        Sample::Room => open::room(&mut model),
+        Sample::Sheet => open::sheet(&mut model),
+        Sample::Bowl => open::bowl(&mut model),
+        Sample::Patchwork => {
+            torus(&mut model, None);
+            open::break_up(&mut model);
+        }
     }
     model
 }

@@ -12,8 +12,8 @@ fn edge(a: u32, b: u32) -> Edge {
     [a.min(b), a.max(b)]
 }
 
-/// Splits the longest edge, again and again, until there are `wished` triangles or one more:
-/// an edge of a closed mesh has two triangles, which become four.
+/// Splits the longest edge, again and again, until there are `wished` triangles or one more: an
+/// edge inside a mesh has two triangles, which become four.
 pub(super) fn refine(model: &mut Builder, wished: usize, surface: Surface) {
     if model.triangle_count() >= wished {
         return;
@@ -54,7 +54,10 @@ fn split(
     let middle = model.vertex(middle(model, e, surface));
     let mut halves = [[0; 2]; 2];
     let mut spokes = Vec::with_capacity(2);
-    for (side, &idx) in old.iter().enumerate() {
+    // A boundary edge has one triangle, which stands there twice.
+    let sides = if old[0] == old[1] { 0..1 } else { 0..2 };
+    for side in sides {
+        let idx = old[side];
         // The triangle is (from, to, apex), whatever its first corner was.
         let t = model.triangles[idx as usize];
         let first = (0..3)
@@ -67,11 +70,14 @@ fn split(
         model.part_of.push(model.part_of[idx as usize]);
         let moved = triangles_at
             .get_mut(&edge(to, apex))
-            .expect("a mesh is closed");
-        let place = moved.iter_mut().find(|t| **t == idx);
-        *place.expect("the triangle has that edge too") = new;
-        halves[usize::from(from == e[1])][side] = idx;
-        halves[usize::from(to == e[1])][side] = new;
+            .expect("it is an edge of the triangle");
+        moved
+            .iter_mut()
+            .filter(|t| **t == idx)
+            .for_each(|t| *t = new);
+        let (of_from, of_to) = (usize::from(from == e[1]), usize::from(to == e[1]));
+        halves[of_from][side..].fill(idx);
+        halves[of_to][side..].fill(new);
         spokes.push((edge(middle, apex), [idx, new]));
     }
     let halves = [0, 1].map(|end| (edge(e[end], middle), halves[end]));

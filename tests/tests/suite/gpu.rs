@@ -1,5 +1,6 @@
 use std::ops::ControlFlow;
 
+use aogrid_bake_core::post::Classification;
 use aogrid_bake_core::samples::Sample;
 use aogrid_bake_core::{
     BakeOptions, FaceBits, Kernel, Placement, PreparedMesh, Progress, RawGrid, TriangleMesh,
@@ -500,4 +501,62 @@ fn an_adapter_that_is_not_there_is_named() {
         message.starts_with("no adapter is named like `Voodoo 2`"),
         "{message}"
     );
+}
+
+#[test]
+fn every_baker_finds_the_same_inside() {
+    let Some(context) = gpu() else {
+        return;
+    };
+    for sample in [
+        Sample::House,
+        Sample::Patchwork,
+        Sample::Bowl,
+        Sample::Robot,
+    ] {
+        let mesh = sample.mesh(None).unwrap();
+        let placement = Placement {
+            resolution: [12, 10, 9],
+            ..Placement::default()
+        };
+        let spec = placement.place(&mesh.bounds()).unwrap();
+        let faces = BakeOptions::recommended();
+        let by_cpu = |kernel, options: &BakeOptions| {
+            let mut baker = aogrid_baker_cpu::Baker::new(kernel);
+            let mut prepared = baker.prepare(&mesh, spec, options).unwrap();
+            prepared.bake(UNOBSERVED).unwrap()
+        };
+        let by_gpu = |kernel| {
+            let mut baker = Baker::new(context, kernel);
+            let mut prepared = baker.prepare(&mesh, spec, &faces).unwrap();
+            prepared.bake(UNOBSERVED).unwrap()
+        };
+        let sweep = by_cpu(Some(Kernel::Sweep), &faces);
+        let expected = Classification::of(&sweep);
+        assert_eq!(
+            sweep.layers.is_none(),
+            sample == Sample::Robot,
+            "{sample:?}"
+        );
+        for raw in [
+            by_cpu(Some(Kernel::Rays), &faces),
+            by_gpu(Some(Kernel::Sweep)),
+            by_gpu(Some(Kernel::Rays)),
+        ] {
+            assert_eq!(raw.layers, sweep.layers, "{sample:?}");
+            assert_eq!(Classification::of(&raw), expected, "{sample:?}");
+        }
+        // Where no cell is enclosed layers still tell, and they see without limit.
+        let near = BakeOptions {
+            max_distance: Some(0.01),
+            ..faces
+        };
+        let random = BakeOptions {
+            method: Method::Rays { count: 64, seed: 1 },
+            ..faces
+        };
+        for options in [near, random] {
+            assert_eq!(by_cpu(None, &options).layers, sweep.layers, "{sample:?}");
+        }
+    }
 }

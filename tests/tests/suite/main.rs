@@ -22,6 +22,8 @@ mod gpu;
 mod instances;
 /// Other programs' readers open our files.
 mod interchange;
+/// The inside of meshes with holes.
+mod interior;
 /// Which crate may use which.
 mod layering;
 /// Several occluders, multiplied and merged, against ray tracing.

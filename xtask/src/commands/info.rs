@@ -191,11 +191,11 @@ pub(crate) fn interior_line(record: &BakeRecord) -> String {
     };
     if let Some(inside) = &record.inside {
         if inside.doubtful_cells > 0 {
-            let percent = (100.0 * inside.doubt).round();
-            line += &format!(", {} cells in doubt ({percent} %)", inside.doubtful_cells);
+            let (cells, doubt) = (inside.doubtful_cells, inside.doubt);
+            line += &format!(", {cells} in doubt (doubt {doubt:.2})");
         }
         if inside.inward_cells > 0 {
-            line += &format!(", {} where faces point inward", inside.inward_cells);
+            line += &format!(", {} see faces that point inward", inside.inward_cells);
         }
     }
     line

@@ -17,7 +17,7 @@ pub(crate) struct Args {
     /// The OBJ file to write
     #[arg(short, long, value_name = "OBJ")]
     out: PathBuf,
-    /// Refine it to this many triangles, rounded up to an even number
+    /// Refine it to this many triangles, or one more
     #[arg(long, value_name = "N")]
     triangles: Option<usize>,
 }
@@ -36,6 +36,13 @@ impl clap::ValueEnum for SampleArg {
                 Self(Sample::ALL[4]),
                 Self(Sample::ALL[5]),
                 Self(Sample::ALL[6]),
+                Self(Sample::ALL[7]),
+                Self(Sample::ALL[8]),
+                Self(Sample::ALL[9]),
+                Self(Sample::ALL[10]),
+                Self(Sample::ALL[11]),
+                Self(Sample::ALL[12]),
+                Self(Sample::ALL[13]),
             ]
         }
     }

@@ -2,7 +2,7 @@ use std::fs;
 use std::path::Path;
 use std::time::SystemTime;
 
-use aogrid_grid_format::{BoundaryMode, Encoding, Grid, TexelFormat};
+use aogrid_grid_format::{BoundaryMode, Encoding, Grid, Interior, TexelFormat};
 use serde_json::Value;
 
 use super::{ok, run, with_sample};
@@ -99,6 +99,7 @@ fn what_is_up_to_date_is_left_alone() {
         "--format f32",
         "--boundary none",
         "--boundary rr",
+        "--interior enclosed",
         "--interior keep",
         "--sample-offset 0,0,0",
         "--half-extents 2,2,2",
@@ -238,21 +239,65 @@ fn a_boundary_that_cannot_fade_by_jgt_is_a_warning() {
     );
 }
 
+/// Writes `model` again without its last triangle.
+fn make_a_hole(model: &Path) {
+    let obj = fs::read_to_string(model).unwrap();
+    let (rest, _last) = obj.trim_end().rsplit_once('\n').unwrap();
+    fs::write(model, rest).unwrap();
+}
+
 #[test]
-fn light_that_gets_in_through_a_hole_is_a_warning() {
+fn a_hole_is_no_reason_to_warn_but_where_only_enclosed_cells_are_filled() {
     let (folder, model) = with_sample("sphere");
     let out = folder.path().join("sphere.ao.ktx2");
-    let line = "bake {} -o {} --resolution 16";
-    let stderr = |line| String::from_utf8(run(line, &[&model, &out]).stderr).unwrap();
-    assert!(!stderr(line).contains("warning"));
-    // One triangle of 1,280 less.
-    let obj = fs::read_to_string(&model).unwrap();
-    let (rest, _last) = obj.trim_end().rsplit_once('\n').unwrap();
-    fs::write(&model, rest).unwrap();
-    let open = stderr(line);
+    let stderr = |interior: &str| {
+        let line = format!("bake {{}} -o {{}} --resolution 16 --force --interior {interior}");
+        String::from_utf8(run(&line, &[&model, &out]).stderr).unwrap()
+    };
+    assert!(!stderr("signed").contains("warning"));
+    let closed = read(&out);
+    assert!(!stderr("enclosed").contains("warning"));
+    assert_eq!(read(&out).texels(), closed.texels());
+    assert_eq!(closed.record().inside, None);
+    make_a_hole(&model);
+    assert!(!stderr("signed").contains("warning"));
+    let open = read(&out);
+    let (record, inside) = (open.record(), open.record().inside.unwrap());
+    assert_eq!(record.interior, Interior::Signed);
+    assert_eq!(record.interior_cells, closed.record().interior_cells);
+    assert!(inside.doubt < 0.1 && inside.inward_cells == 0, "{inside:?}");
+    // `fill` is its old name.
+    for interior in ["enclosed", "fill"] {
+        let enclosed = stderr(interior);
+        assert!(
+            enclosed.contains("warning: ") && enclosed.contains("it has holes"),
+            "{enclosed}"
+        );
+        assert_eq!(read(&out).record().interior, Interior::Enclosed);
+    }
+    assert!(!stderr("keep").contains("warning"));
+}
+
+#[test]
+fn a_guess_at_the_inside_is_a_warning_and_in_the_report() {
+    let (folder, model) = with_sample("sheet");
+    let out = folder.path().join("sheet.ao.ktx2");
+    let output = run("bake {} -o {} --resolution 16", &[&model, &out]);
+    let stderr = String::from_utf8(output.stderr).unwrap();
     assert!(
-        open.contains("warning: ") && open.contains("holes"),
-        "{open}"
+        stderr.contains("which side is inside is a guess"),
+        "{stderr}"
     );
-    assert!(!stderr("bake {} -o {} --resolution 16 --interior keep").contains("warning"));
+    assert!(stderr.contains("in doubt (doubt 1.00)"), "{stderr}");
+    let info = ok("info {}", &[&out]);
+    assert!(info.contains("in doubt (doubt 1.00)"), "{info}");
+    let json: Value = serde_json::from_str(&ok("info {} --json", &[&out])).unwrap();
+    assert_eq!(json["bake"]["interior"], "signed");
+    assert_eq!(json["bake"]["inside"]["doubt"], 1.0);
+
+    let (folder, model) = with_sample("room");
+    let out = folder.path().join("room.ao.ktx2");
+    ok("bake {} -o {}", &[&model, &out]);
+    let info = ok("info {}", &[&out]);
+    assert!(info.contains("see faces that point inward"), "{info}");
 }

@@ -129,6 +129,35 @@ fn slices_show_the_object_where_it_is() {
     assert_eq!(image::open(&named).unwrap().into_rgb8(), picture);
 }
 
+/// The colors of marks, which nothing else in a picture has.
+const INTERIOR: [u8; 3] = [0, 140, 255];
+const DOUBTFUL: [u8; 3] = [225, 40, 190];
+
+#[test]
+fn slices_mark_the_inside_and_doubt() {
+    let marks = |sample: &str| {
+        let (folder, model) = with_sample(sample);
+        let [grid, png] = ["a.ao.ktx2", "a.png"].map(|name| folder.path().join(name));
+        ok("bake {} -o {} --resolution 16", &[&model, &grid]);
+        ok("slices {} -o {}", &[&grid, &png]);
+        let picture = image::open(&png).unwrap().into_rgb8();
+        let count = |color| picture.pixels().filter(|p| p.0 == color).count();
+        let of_read = aogrid_grid_format::Grid::from_bytes(&fs::read(&grid).unwrap()).unwrap();
+        let cells = of_read.record().interior_cells as usize;
+        (cells, count(INTERIOR), count(DOUBTFUL))
+    };
+    // Without cells there is the legend.
+    let (_, _, legend) = marks("box");
+    let (cells, interior, doubtful) = marks("house");
+    assert!(cells > 100 && interior > 3 * cells, "{cells}: {interior}");
+    assert!(doubtful > legend);
+    let (cells, _, doubtful) = marks("bowl");
+    assert!(
+        doubtful > 3 * cells && doubtful > 10 * legend,
+        "{cells}: {doubtful}"
+    );
+}
+
 #[test]
 fn npy_holds_the_decoded_values_in_numpy_order() {
     let (folder, grid) = baked("--format f32 --encoding occlusion");

@@ -169,3 +169,18 @@ fn the_shaders_cost_less_than_those_that_were_printed() {
     let missing = fails("shader-cost --shader none.wgsl:main", &[]);
     assert!(missing.contains("none.wgsl"), "{missing}");
 }
+
+#[test]
+fn grids_that_render_bakes_are_warned_of_as_those_of_bake() {
+    let folder = tempfile::tempdir().unwrap();
+    let csv = folder.path().join("out.csv");
+    let sheet = "[[mesh]]\nname = \"cloth\"\nsample = \"sheet\"\n[[instance]]\nmesh = \"cloth\"\n";
+    let scene = scene(folder.path(), "", sheet);
+    let output = run("render {} --mode cone -o {}", &[&scene, &csv]);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        stderr.contains("scene.toml: mesh `cloth`: it is a sheet"),
+        "{stderr}"
+    );
+    assert_eq!(stderr.matches("warning").count(), 1, "{stderr}");
+}

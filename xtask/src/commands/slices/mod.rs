@@ -1,5 +1,6 @@
 //! `slices`: a grid as a picture that a person can judge.
 
+mod inside;
 mod outline;
 mod sheet;
 
@@ -9,6 +10,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use aogrid_bake_core::TriangleMesh;
 use aogrid_bake_core::mesh::{self, LoadedMesh};
+use aogrid_bake_core::post::Classification;
 use aogrid_grid_format::Grid;
 use image::ImageFormat;
 
@@ -16,8 +18,8 @@ use super::info::read_grid;
 use crate::console::Console;
 use crate::output;
 
-/// Draw a grid's slices across z as one PNG: occlusion, directions as colours, and the outline
-/// of the model
+/// Draw a grid's slices across z as one PNG: occlusion, directions as colours, the outline of the
+/// model, and which cells are inside it
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// A grid file (*.ao.ktx2)
@@ -25,7 +27,7 @@ pub(crate) struct Args {
     /// The PNG to write
     #[arg(short, long, value_name = "PNG")]
     out: PathBuf,
-    /// The model whose outline to draw [default: the one the grid was baked from, if it lies
+    /// The model whose outline and inside to draw [default: the one the grid was baked from, if it lies
     /// beside the grid]
     #[arg(long, value_name = "MODEL")]
     mesh: Option<PathBuf>,
@@ -38,9 +40,16 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     if let Some(mesh) = &args.mesh {
         output::check_not_input(&args.out, mesh)?;
     }
-    let mesh = find_mesh(args, &grid, console)?;
+    let model = match find_mesh(args, &grid, console)? {
+        Some(mesh) => {
+            let inside = inside::classify(&grid, &mesh, console)
+                .with_context(|| args.file.display().to_string())?;
+            Some(Model { mesh, inside })
+        }
+        None => None,
+    };
     let name = args.file.file_name().unwrap_or_default();
-    let sheet = sheet::draw(&grid, mesh.as_ref(), &name.to_string_lossy());
+    let sheet = sheet::draw(&grid, model.as_ref(), &name.to_string_lossy());
     let (width, height) = (sheet.width(), sheet.height());
     let mut png = Cursor::new(Vec::new());
     sheet
@@ -49,6 +58,12 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     output::write(&args.out, png.get_ref())?;
     console.note(&format!("wrote {} ({width}×{height})", args.out.display()));
     Ok(())
+}
+
+/// What a grid was baked from.
+struct Model {
+    mesh: TriangleMesh,
+    inside: Classification,
 }
 
 /// The triangles that the grid was baked from, or those the user asked for.
@@ -64,7 +79,7 @@ fn find_mesh(args: &Args, grid: &Grid, console: &Console) -> anyhow::Result<Opti
         if !same {
             let name = &source.name;
             console.note(&format!(
-                "no outline: {name} is not beside the grid as it was baked; name it with --mesh"
+                "no outline and no inside: {name} is not beside the grid as it was baked; name it with --mesh"
             ));
             return Ok(None);
         }

@@ -1,12 +1,13 @@
 //! The contact sheet: rows of slices across z, occlusion above, directions below.
 
 use aogrid_bake_core::TriangleMesh;
+use aogrid_bake_core::layers::CellClass;
 use aogrid_grid_format::{Encoding, Grid};
 use image::RgbImage;
 
-use super::outline;
+use super::{Model, outline};
 use crate::canvas::{BACKGROUND, Canvas, Colour, DIM, INK, LETTER};
-use crate::commands::info::triple;
+use crate::commands::info::{interior_line, triple};
 
 /// The longer side of a slice, in pixels.
 const TILE: f64 = 128.0;
@@ -24,6 +25,13 @@ const LEAST_WIDTH: u32 = 720;
 
 const OUTLINE: Colour = [255, 96, 0];
 const OUTLINE_ON_COLOURS: Colour = [255, 255, 255];
+
+/// From one line of hatching to the next, in pixels.
+const HATCHING: u32 = 3;
+
+/// Marks of cells inside the model, and of those of which that is in doubt.
+const INTERIOR: Colour = [0, 140, 255];
+const DOUBTFUL: Colour = [225, 40, 190];
 
 /// The side of the scale of directions, in pixels.
 const BALL: u32 = 64;
@@ -112,14 +120,14 @@ impl Layout {
 }
 
 /// Draws the sheet of `grid`, which is called `name`.
-pub(super) fn draw(grid: &Grid, mesh: Option<&TriangleMesh>, name: &str) -> RgbImage {
+pub(super) fn draw(grid: &Grid, model: Option<&Model>, name: &str) -> RgbImage {
     let layout = Layout::new(grid);
     let quantities: &[Quantity] = match grid.encoding() {
         Encoding::Occlusion => &[Quantity::Occlusion],
         Encoding::Cone => &[Quantity::Occlusion, Quantity::Direction],
     };
     let header = headings(grid, name);
-    let top = MARGIN + header.len() as u32 * LINE + LINE;
+    let top = MARGIN + header.len() as u32 * LINE + 3 * LINE;
     let scales = BALL + 2 * LINE;
     let height = top + quantities.len() as u32 * layout.block_height() + scales + MARGIN;
     let mut canvas = Canvas::new(layout.width(), height);
@@ -129,9 +137,12 @@ pub(super) fn draw(grid: &Grid, mesh: Option<&TriangleMesh>, name: &str) -> RgbI
     }
     for (block, &quantity) in (0..).zip(quantities) {
         let origin = [MARGIN, top + block * layout.block_height()];
-        draw_block(&mut canvas, &layout, origin, grid, mesh, quantity);
+        draw_block(&mut canvas, &layout, origin, grid, model, quantity);
     }
     let origin = [MARGIN, height - MARGIN - scales];
+    if model.is_some() {
+        draw_legend(&mut canvas, [MARGIN, top - 2 * LINE]);
+    }
     draw_scales(
         &mut canvas,
         origin,
@@ -157,13 +168,13 @@ fn headings(grid: &Grid, name: &str) -> Vec<String> {
             triple(spec.half_extents())
         ),
         format!(
-            "boundary {:?}, V_M {:.4}, {} interior cells; mean a {:.4}, largest {:.4}",
+            "boundary {:?}, V_M {:.4}; mean a {:.4}, largest {:.4}",
             record.boundary.applied,
             record.boundary.v_m,
-            record.interior_cells,
             grid.statistics().mean,
             grid.statistics().largest
         ),
+        interior_line(record),
     ]
 }
 
@@ -172,7 +183,7 @@ fn draw_block(
     layout: &Layout,
     [left, top]: [u32; 2],
     grid: &Grid,
-    mesh: Option<&TriangleMesh>,
+    model: Option<&Model>,
     quantity: Quantity,
 ) {
     let title = match quantity {
@@ -186,7 +197,10 @@ fn draw_block(
         draw_slice(canvas, layout.tile, origin, grid, k, quantity);
         let [_, _, from_center] = grid.spec().sample_from_center([0, 0, k], [0.0; 3]);
         let z = f64::from(grid.spec().center()[2]) + from_center;
-        if let Some(mesh) = mesh {
+        if let Some(Model { mesh, inside }) = model {
+            if quantity == Quantity::Occlusion {
+                draw_inside(canvas, layout.tile, origin, grid, inside.classes(), k);
+            }
             draw_outline(
                 canvas,
                 layout.tile,
@@ -224,6 +238,34 @@ fn draw_slice(
     }
 }
 
+/// A dot of four pixels in each cell inside the model, hatching over those in doubt.
+fn draw_inside(
+    canvas: &mut Canvas,
+    [width, height]: [u32; 2],
+    [left, top]: [u32; 2],
+    grid: &Grid,
+    classes: &[CellClass],
+    k: u32,
+) {
+    let [nx, ny, _] = grid.spec().resolution();
+    let class = |i: u32, j: u32| classes[grid.spec().cell_idx([i, j, k])];
+    for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+        let (i, j) = (x * nx / width, (height - 1 - y) * ny / height);
+        if class(i, j).is_doubtful && (x + y) % HATCHING == 0 {
+            canvas.set(left + x, top + y, DOUBTFUL);
+        }
+    }
+    for (j, i) in (0..ny).flat_map(|j| (0..nx).map(move |i| (j, i))) {
+        if class(i, j).is_interior {
+            let x = ((2 * i + 1) * width / (2 * nx)).saturating_sub(1);
+            let y = (height - 1 - (2 * j + 1) * height / (2 * ny)).min(height - 2);
+            for [right, down] in [[0, 0], [1, 0], [0, 1], [1, 1]] {
+                canvas.set(left + x + right, top + y + down, INTERIOR);
+            }
+        }
+    }
+}
+
 fn draw_outline(
     canvas: &mut Canvas,
     tile: [u32; 2],
@@ -241,6 +283,18 @@ fn draw_outline(
     };
     for segment in outline::cut(mesh, z) {
         canvas.line(origin, tile, segment.map(pixel), colour);
+    }
+}
+
+fn draw_legend(canvas: &mut Canvas, [left, top]: [u32; 2]) {
+    let mut x = left;
+    for (text, colour) in [
+        ("outline", OUTLINE),
+        ("inside: filled from around", INTERIOR),
+        ("in doubt", DOUBTFUL),
+    ] {
+        canvas.text(x, top, text, colour);
+        x += (text.chars().count() as u32 + 3) * LETTER;
     }
 }
 

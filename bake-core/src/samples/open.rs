@@ -1,0 +1,136 @@
+//! Models with holes and without thickness, as users bring them.
+
+use std::f64::consts::{PI, TAU};
+
+use super::builder::Builder;
+
+/// Nothing is left out.
+const WHOLE: fn(usize, usize) -> bool = |_, _| false;
+
+/// The five sides of a box that are not its bottom; turned over, their front is inside.
+fn box_without_bottom(model: &mut Builder, min: [f64; 3], max: [f64; 3], inward: bool) {
+    let ([x0, y0, z0], [x1, y1, z1]) = (min, max);
+    let sides = [
+        [[x0, y0, z1], [x1, y0, z1], [x1, y1, z1], [x0, y1, z1]],
+        [[x1, y0, z0], [x0, y0, z0], [x0, y1, z0], [x1, y1, z0]],
+        [[x1, y0, z1], [x1, y0, z0], [x1, y1, z0], [x1, y1, z1]],
+        [[x0, y0, z0], [x0, y0, z1], [x0, y1, z1], [x0, y1, z0]],
+        [[x0, y1, z1], [x1, y1, z1], [x1, y1, z0], [x0, y1, z0]],
+    ];
+    let order = if inward { [0, 3, 2, 1] } else { [0, 1, 2, 3] };
+    for side in sides {
+        let corners = order.map(|corner| side[corner]);
+        let at = |i: usize, j: usize| corners[[[0, 3], [1, 2]][i][j]];
+        model.panel([1, 1], at, WHOLE);
+    }
+}
+
+pub(super) fn open_box(model: &mut Builder) {
+    model.part("box");
+    box_without_bottom(model, [-0.5, 0.0, -0.5], [0.5, 1.0, 0.5], false);
+}
+
+/// Two boxes without bottoms, one with a corner in the other.
+pub(super) fn open_boxes(model: &mut Builder) {
+    model.part("low");
+    box_without_bottom(model, [-0.7, 0.0, -0.5], [0.1, 0.6, 0.3], false);
+    model.part("high");
+    box_without_bottom(model, [-0.1, 0.0, -0.1], [0.6, 1.0, 0.5], false);
+}
+
+/// A box without a roof, whose walls and floor face inward.
+pub(super) fn room(model: &mut Builder) {
+    model.part("room");
+    let from = model.positions.len();
+    box_without_bottom(model, [-0.7, 0.0, -0.5], [0.7, 0.8, 0.5], true);
+    // Upside down twice, so that the winding stays: what was the bottom is the missing roof.
+    for p in &mut model.positions[from..] {
+        *p = [p[0], 0.8 - p[1], -p[2]];
+    }
+}
+
+/// Walls, floor and gable roof without thickness, a door, and a window in each wall.
+pub(super) fn house(model: &mut Builder) {
+    const XS: [f64; 6] = [-0.6, -0.12, 0.12, 0.3, 0.48, 0.6];
+    const YS: [f64; 4] = [0.0, 0.3, 0.5, 0.7];
+    const ZS: [f64; 4] = [-0.5, -0.15, 0.15, 0.5];
+    const RIDGE: f64 = 1.1;
+    let window = |column: usize| move |i: usize, j: usize| i == column && j == 1;
+    model.part("walls");
+    let door_or_window = |i: usize, j: usize| i == 1 && j < 2 || window(3)(i, j);
+    model.panel([5, 3], |i, j| [XS[i], YS[j], 0.5], door_or_window);
+    model.panel([5, 3], |i, j| [XS[5 - i], YS[j], -0.5], window(3));
+    model.panel([3, 3], |i, j| [0.6, YS[j], ZS[3 - i]], window(1));
+    model.panel([3, 3], |i, j| [-0.6, YS[j], ZS[i]], window(1));
+    for x in [0.6, -0.6] {
+        let apex = model.corner([x, RIDGE, 0.0]);
+        for pair in ZS.windows(2) {
+            let [a, b] = [pair[0], pair[1]].map(|z| model.corner([x, 0.7, z]));
+            model.triangle(if x > 0.0 { [b, a, apex] } else { [a, b, apex] });
+        }
+    }
+    model.part("roof");
+    let slope = [0.7, RIDGE];
+    model.panel([5, 1], |i, j| [XS[i], slope[j], [0.5, 0.0][j]], WHOLE);
+    model.panel([5, 1], |i, j| [XS[5 - i], slope[j], [-0.5, 0.0][j]], WHOLE);
+    model.part("floor");
+    model.panel([5, 3], |i, j| [XS[i], 0.0, ZS[j]], WHOLE);
+}
+
+/// A wavy cloth without thickness, facing up.
+pub(super) fn sheet(model: &mut Builder) {
+    const N: usize = 16;
+    let at = |i: usize, j: usize| {
+        let [x, z] = [i, N - j].map(|v| 2.0 * v as f64 / N as f64 - 1.0);
+        [
+            x,
+            0.3 + 0.1 * (1.3 * PI * x).sin() * (0.9 * PI * z).cos(),
+            z,
+        ]
+    };
+    model.part("sheet").panel([N, N], at, WHOLE);
+}
+
+/// The lower half of a hollow ball without thickness, facing outward, standing on its pole.
+pub(super) fn bowl(model: &mut Builder) {
+    const AROUND: usize = 32;
+    const RINGS: usize = 8;
+    const RADIUS: f64 = 0.6;
+    let at = |i: usize, ring: usize| {
+        let (down, around) = (
+            0.5 * PI * ring as f64 / RINGS as f64,
+            // Outside, counter-clockwise from below: against the sun.
+            -TAU * (i % AROUND) as f64 / AROUND as f64,
+        );
+        let radius = RADIUS * down.sin();
+        [
+            radius * around.cos(),
+            RADIUS * (1.0 - down.cos()),
+            radius * around.sin(),
+        ]
+    };
+    model.part("bowl");
+    model.panel([AROUND, RINGS - 1], |i, j| at(i, j + 1), WHOLE);
+    let pole = model.corner(at(0, 0));
+    for i in 0..AROUND {
+        let [a, b] = [i, i + 1].map(|i| model.corner(at(i, 1)));
+        model.triangle([pole, b, a]);
+    }
+}
+
+/// Leaves out some triangles, and turns over every fifth of the others.
+pub(super) fn break_up(model: &mut Builder) {
+    // Knuth's multiplicative hash: 256 numbers.
+    let dice = |idx: usize| (idx as u32).wrapping_mul(2_654_435_769) >> 16 & 0xff;
+    let triangles = std::mem::take(&mut model.triangles);
+    let part_of = std::mem::take(&mut model.part_of);
+    for (idx, (mut corners, part)) in triangles.into_iter().zip(part_of).enumerate() {
+        match dice(idx) {
+            0..6 => continue,
+            6..56 => corners.swap(0, 1),
+            _ => {}
+        }
+        model.triangles.push(corners);
+        model.part_of.push(part);
+    }
+}
