@@ -1,6 +1,6 @@
-//! The binary images around each cell, for those who want to look at them.
+//! The binary occlusion images around each cell, for inspection and comparison.
 
-/// Which texels of which cell are occluded.
+/// The occluded texels of every cell, one bit per texel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FaceBits {
     texels: usize,
@@ -9,7 +9,7 @@ pub struct FaceBits {
 }
 
 impl FaceBits {
-    /// No texel occluded, for `cells` cells with six faces of `size`² texels.
+    /// Creates unoccluded images for `cells` cells with six faces of `size`² texels.
     pub fn new(cells: usize, size: u32) -> Self {
         let texels = (crate::cube_face::FACES * size * size) as usize;
         let words = texels.div_ceil(64);
@@ -20,12 +20,12 @@ impl FaceBits {
         }
     }
 
-    /// Texels a cell.
+    /// Returns the number of texels per cell.
     pub fn texels(&self) -> usize {
         self.texels
     }
 
-    /// Cells.
+    /// Returns the number of cells.
     pub fn cells(&self) -> usize {
         self.bits.len() / self.words
     }
@@ -50,7 +50,7 @@ impl FaceBits {
         self.bits[cell_idx * self.words + texel / 64] |= 1 << (texel % 64);
     }
 
-    /// Cell and texel of every difference between two sets of images of one shape.
+    /// Returns cell and texel of every difference between two sets of images of the same shape.
     ///
     /// # Panics
     ///
@@ -62,11 +62,12 @@ impl FaceBits {
         );
         let mut found = Vec::new();
         for (word, (a, b)) in self.bits.iter().zip(&other.bits).enumerate() {
-            let mut odd = a ^ b;
-            while odd != 0 {
-                let texel = word % self.words * 64 + odd.trailing_zeros() as usize;
+            let mut differing = a ^ b;
+            while differing != 0 {
+                let texel = word % self.words * 64 + differing.trailing_zeros() as usize;
                 found.push((word / self.words, texel));
-                odd &= odd - 1;
+                // Clears the lowest bit.
+                differing &= differing - 1;
             }
         }
         found

@@ -1,20 +1,20 @@
-//! The two ways to test directions, and the choice between them: the same for all bakers.
+//! The two visibility algorithms and the choice between them, shared by all bakers.
 
 use aogrid_grid_format::Method;
 
 use crate::{BakeOptions, PrepareError};
 
-/// How directions are tested.
+/// The algorithm that finds the visibility of a cell's directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
-    /// All cells at once, direction by direction.
+    /// The direction sweep: direction by direction, for all cells at once.
     Sweep,
-    /// One by one, over a hierarchy.
+    /// Ray casting: ray by ray, through a bounding volume hierarchy.
     Rays,
 }
 
 impl Kernel {
-    /// The name on command lines and in reports.
+    /// Returns the name on command lines and in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Sweep => "sweep",
@@ -23,33 +23,34 @@ impl Kernel {
     }
 }
 
-/// Why rays are used where nobody asked for them.
+/// The reason that ray casting is used although it was not requested.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WhyRays {
-    /// Its directions differ from cell to cell.
-    #[error("random rays share no directions")]
+    /// Random directions differ from cell to cell.
+    #[error("the direction sweep does not support random rays")]
     MonteCarlo,
-    /// The sweep does not know how far away a layer is.
-    #[error("the sweep sees without limit, and there is a maximum distance")]
+    /// The sweep does not know the distance of an occluder.
+    #[error("the direction sweep does not support a maximum distance")]
     MaxDistance,
-    /// Every triangle by itself costs more than a hierarchy.
-    #[error("{0} unconnected edges are too many for the sweep")]
+    /// The mesh has so many boundary edges that the sweep would be slower.
+    #[error("{0} boundary edges are too many for the direction sweep")]
     Soup(usize),
-    /// The mesh does not fit the grid's lattice.
+    /// The mesh and the grid exceed the limits of the sweep.
     #[error(transparent)]
     Prepare(PrepareError),
 }
 
-/// Unconnected edges up to which the sweep is taken: those of five million triangles that share
-/// none. Measured with small random triangles on two cores, the CPU's sweep is 23 times faster
-/// than its rays at 10⁵ of them and 32³ cells, and still 5.5 times at 10⁶ and 12³ cells, where it
-/// gains least (docs/cpu-bake.md). Its time grows with their number, and that of rays hardly does:
-/// they meet here at the earliest.
-const FEW_LONE_EDGES: usize = 15_000_000;
+/// Maximum number of boundary edges for the sweep: those of five million triangles that share no
+/// edges. Measured with small random triangles on two cores, the CPU's sweep is 23 times faster
+/// than its ray casting at 10⁵ triangles and 32³ cells, and still 5.5 times faster at 10⁶ triangles
+/// and 12³ cells, where it gains least (docs/cpu-bake.md). The sweep's time grows with the number
+/// of triangles, and that of ray casting hardly does: extrapolated, they are equal here at the
+/// earliest.
+const MAX_BOUNDARY_EDGES: usize = 15_000_000;
 
 impl WhyRays {
-    /// Whether the options leave no choice.
+    /// Returns the reason that the options require ray casting, if they do.
     pub fn of_options(options: &BakeOptions) -> Option<Self> {
         match options.method {
             Method::Rays { .. } => Some(Self::MonteCarlo),
@@ -58,9 +59,10 @@ impl WhyRays {
         }
     }
 
-    /// Whether a soup as large as this is faster with rays: each of its edges is a silhouette
-    /// for every direction, where of a connected mesh a few in a hundred are.
-    pub fn of_counts(lone_edges: usize) -> Option<Self> {
-        (lone_edges > FEW_LONE_EDGES).then_some(Self::Soup(lone_edges))
+    /// Returns the reason that a mesh with this many boundary edges is baked faster by ray casting,
+    /// if it is: a boundary edge is a silhouette for every direction, whereas only a few percent of
+    /// the edges of a connected mesh are.
+    pub fn of_counts(boundary_edges: usize) -> Option<Self> {
+        (boundary_edges > MAX_BOUNDARY_EDGES).then_some(Self::Soup(boundary_edges))
     }
 }

@@ -1,5 +1,5 @@
-//! What every baker of ambient-occlusion grids shares: the mesh, the grid's placement, the
-//! directions, the options, the moments they all produce, and what turns those into a grid.
+//! The shared core of all bakers of ambient-occlusion grids: mesh, placement of the grid,
+//! directions, options, moments, and the post-processing of moments to a grid.
 //!
 //! ```
 //! use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, samples};
@@ -11,23 +11,22 @@
 //!
 //! # Theory
 //!
-//! RR-5779, section 3: around a rigid object lies a box of cells ([`Placement`], eq. 4). For
+//! RR-5779, section 3: a rigid object is surrounded by a box of cells ([`Placement`], eq. 4). For
 //! each cell a baker finds the directions in which the object hides the sky, and reduces them
 //! to moments ([`RawGrid`]): the occluded fraction a (eq. 5), the average occluded direction
 //! m = (1/4π) ∫ ω dω, and the count of occluded directions. Then, once and in this order:
 //! cells inside the object are filled from outside (3.3.3), values are rescaled to vanish at
 //! the boundary (3.3.2; JGT 2007), and the result is encoded.
 //!
-//! What we do differently: the texels of a cube face are weighted by their exact solid angles
-//! (the papers' plain average triples the error of the axis); what counts as inside is decided
-//! by the integer count, not by a float; flat and rod-like objects get a margin where eq. 4
-//! gives none.
+//! Differences from the papers: the texels of a cube face are weighted by their exact solid angles
+//! (the papers' unweighted average triples the error of the axis); enclosed cells are told by the
+//! integer count, not by a float; flat and rod-like objects get a margin where eq. 4 gives none.
 //!
 //! # Practice
 //!
 //! [`TriangleMesh`] (validated once) → [`Placement::place`] → a baker (`aogrid-baker-cpu`)
-//! with [`BakeOptions`] → [`RawGrid`] → [`post::finish`] → `Grid`, which is a file. The
-//! caller watches, and may stop, a bake through an [`Observer`].
+//! with [`BakeOptions`] → [`RawGrid`] → [`post::finish`] → `Grid`, which is written to a file. An
+//! [`Observer`] reports a bake's progress to the caller, who may cancel it.
 
 pub mod cube_face;
 mod face_bits;

@@ -1,19 +1,19 @@
-//! How a caller watches a bake, and stops it.
+//! Progress reports and cancellation of a bake.
 
 use std::ops::ControlFlow;
 
-/// How far a bake has come.
+/// The progress of a bake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// Cells whose directions are all tested, or as much work as that.
+    /// Number of finished cells, or the equivalent amount of work.
     pub done: usize,
-    /// Cells in all.
+    /// Number of cells in total.
     pub total: usize,
 }
 
-/// Called now and then from the baker's threads, not in order of `done`; `Break` cancels the
-/// bake, which then returns its cancellation error within a fraction of a second.
+/// A callback that a baker's threads call from time to time, not in order of `done`. `Break`
+/// cancels the bake, which then returns its cancellation error within a fraction of a second.
 pub type Observer<'a> = &'a (dyn Fn(Progress) -> ControlFlow<()> + Sync);
 
-/// For callers who only want the result.
+/// An observer that ignores progress and never cancels.
 pub const UNOBSERVED: Observer<'static> = &|_| ControlFlow::Continue(());

@@ -1,4 +1,4 @@
-//! What a bake does, besides where.
+//! The options of a bake.
 
 use aogrid_grid_format::{
     BoundaryMode, Encoding, FACE_SIZES, GridSpec, Interior, Method, RAY_COUNTS, TexelFormat,
@@ -6,52 +6,52 @@ use aogrid_grid_format::{
 
 use crate::{PreparedMesh, SignedLayers, TriangleMesh};
 
-/// All that decides a grid besides the mesh and the [`Placement`](crate::Placement). One
-/// structure serves every baker. There is no default: [`BakeOptions::recommended`] says in
-/// its name that it is a choice.
+/// The options that determine a grid besides the mesh and the [`Placement`](crate::Placement),
+/// shared by all bakers. There is no `Default`: [`BakeOptions::recommended`] makes the choice
+/// explicit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BakeOptions {
-    /// How visibility is sampled.
+    /// The sampling of visibility.
     pub method: Method,
-    /// Occluders farther than this from a sample, in object units, are ignored; none: unlimited.
+    /// Distance in object units beyond which occluders are ignored; `None` for unlimited.
     pub max_distance: Option<f32>,
-    /// Where in a cell its sample lies, in cells from the cell's centre, each within ±½.
+    /// Offset of the sample point from the cell's center, in cells, each component within ±½.
     pub sample_offset: [f32; 3],
-    /// What happens to cells inside the object.
+    /// Treatment of cells inside the object.
     pub interior: Interior,
-    /// How values fade out at the grid's boundary.
+    /// Treatment of values at the grid's boundary.
     pub boundary: BoundaryMode,
-    /// What a texel means.
+    /// The channels of a texel.
     pub encoding: Encoding,
-    /// How a value is stored.
+    /// The storage format of a channel.
     pub format: TexelFormat,
 }
 
-/// Why options cannot be baked with.
+/// The reason that options are invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OptionsError {
-    /// Too small or too large faces.
+    /// The faces are too small or too large.
     #[error("face size {0} is outside {lo}..={hi} texels", lo = FACE_SIZES.start(), hi = FACE_SIZES.end())]
     FaceSize(u32),
-    /// Too few or too many rays.
-    #[error("{0} rays a cell are outside {lo}..={hi}", lo = RAY_COUNTS.start(), hi = RAY_COUNTS.end())]
+    /// There are too few or too many rays.
+    #[error("{0} rays per cell are outside {lo}..={hi}", lo = RAY_COUNTS.start(), hi = RAY_COUNTS.end())]
     RayCount(u32),
-    /// Not a distance.
-    #[error("maximum distance {0} is not above zero and finite")]
+    /// The maximum distance is not positive and finite.
+    #[error("maximum distance {0} must be greater than zero and finite")]
     MaxDistance(f32),
-    /// A sample outside its cell.
+    /// The sample point is outside its cell.
     #[error("sample offset {0} is outside -0.5..=0.5 cells")]
     SampleOffset(f32),
 }
 
 impl BakeOptions {
-    /// Where samples lie by default, in cells from the centre: CAD models like to put faces
-    /// exactly on cell centres, and there is no right answer for a sample on a face.
+    /// The recommended sample offset, in cells. It is not zero because CAD models often have faces
+    /// exactly at cell centers, and a sample on a face is ambiguous.
     pub const SAMPLE_OFFSET: [f32; 3] = [3.1e-4, -1.7e-4, 4.3e-4];
 
-    /// Six 16×16 faces, unlimited distance, JGT boundary, cones in 8 bits, the papers' choices;
-    /// and the interior filled, also that of meshes with holes.
+    /// Returns the recommended options: six 16×16 faces, unlimited distance, JGT boundary and cones
+    /// in 8 bits, as in the papers; the interior is filled, also that of meshes with holes.
     pub fn recommended() -> Self {
         Self {
             method: Method::Faces { size: 16 },
@@ -70,17 +70,18 @@ impl BakeOptions {
         needed.then(|| SignedLayers::around(mesh, spec, self.sample_offset))?
     }
 
-    /// [`BakeOptions::layers`] around a mesh that is prepared already.
+    /// Returns the signed layers around a prepared mesh if these options need them; see
+    /// [`BakeOptions::layers`].
     pub fn layers_of(&self, mesh: &PreparedMesh) -> Option<SignedLayers> {
         let needed = self.interior == Interior::Signed;
         needed.then(|| mesh.signed_layers())?
     }
 
-    /// Checks every range. Bakers call it first.
+    /// Checks all ranges. Every baker calls it first.
     ///
     /// # Errors
     ///
-    /// The first number outside its range.
+    /// An option is out of range; the error names the first one.
     pub fn validate(&self) -> Result<(), OptionsError> {
         match self.method {
             Method::Faces { size } if !self.method.is_in_range() => {

@@ -1,51 +1,52 @@
-//! Where the grid lies around the object: RR-5779 eq. 4, with margins where it gives none.
+//! Placement of the grid around the object: RR-5779 eq. 4, with margins where it gives none.
 
 use aogrid_grid_format::{GridSpec, SpecError};
 
 use crate::mesh::Bounds;
 
-/// Cells of margin on each side of the object, at least.
+/// Minimum margin on each side of the object, in cells.
 const MARGIN_CELLS: f64 = 2.0;
 
-/// The thinnest the box may be, as a fraction of the object's largest half-extent. Eq. 4 gives
-/// a rod no width at all; cells 16 times finer across than along are fine enough.
-const THINNEST: f64 = 1.0 / 16.0;
+/// Minimum half-extent of the box, as a fraction of the object's largest half-extent. Eq. 4 gives a
+/// rod no width at all; cells 16 times finer across the rod than along it are fine enough.
+const MIN_RELATIVE_EXTENT: f64 = 1.0 / 16.0;
 
-/// How a grid is laid around an object.
+/// The resolution and the size of a grid around an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
-    /// Cells along x, y and z.
+    /// Number of cells along x, y and z.
     pub resolution: [u32; 3],
-    /// How far the box reaches.
+    /// The size of the box.
     pub extent: Extent,
 }
 
-/// How far a grid's box reaches.
+/// The size of a grid's box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Extent {
-    /// To where the occlusion of the object's bounding box is about ε (RR-5779 eq. 4), above 0.
+    /// The box ends where the occlusion by the object's bounding box is about ε > 0 (RR-5779 eq.
+    /// 4).
     Epsilon(f32),
-    /// By these half-extents, in object units.
+    /// The box has these half-extents, in object units.
     HalfExtents([f32; 3]),
 }
 
-/// Why no grid can be placed.
+/// The reason that no grid can be placed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlacementError {
-    /// Not a usable ε.
-    #[error("epsilon {0} is not above zero and finite")]
+    /// ε is not positive and finite.
+    #[error("epsilon {0} must be greater than zero and finite")]
     Epsilon(f32),
     /// The object is a point.
     #[error("the mesh has no extent: all its vertices are at one point")]
     NoExtent,
-    /// What comes out is no grid.
-    #[error("the grid's box is impossible")]
+    /// The resolution or the resulting box is invalid.
+    #[error("the grid's box is invalid")]
     Spec(#[from] SpecError),
 }
 
 impl Default for Placement {
-    /// 32³ cells and ε = 0.1, the papers' choice.
+    /// Returns 32³ cells and ε = 0.1, as in the papers.
     fn default() -> Self {
         Self {
             resolution: [32; 3],
@@ -55,16 +56,17 @@ impl Default for Placement {
 }
 
 impl Placement {
-    /// The grid around an object with these bounds, centred on the bounding box.
+    /// Returns the grid around an object with these bounds, centered on the bounding box.
     ///
     /// # Errors
     ///
-    /// An ε that is not positive, an object without extent, or numbers that are no grid.
+    /// ε is not positive and finite, the object has no extent, or the resolution or the box is not
+    /// valid for a grid.
     pub fn place(&self, bounds: &Bounds) -> Result<GridSpec, PlacementError> {
         let half_extents = match self.extent {
             Extent::HalfExtents(given) => given,
             Extent::Epsilon(epsilon) if epsilon > 0.0 && epsilon.is_finite() => {
-                self.formula(bounds.half_extents(), f64::from(epsilon))?
+                self.half_extents(bounds.half_extents(), f64::from(epsilon))?
             }
             Extent::Epsilon(epsilon) => return Err(PlacementError::Epsilon(epsilon)),
         };
@@ -75,17 +77,18 @@ impl Placement {
         )?)
     }
 
-    fn formula(&self, r: [f64; 3], epsilon: f64) -> Result<[f32; 3], PlacementError> {
+    /// Returns the box's half-extents by RR-5779 eq. 4, around an object with half-extents `r`.
+    fn half_extents(&self, r: [f64; 3], epsilon: f64) -> Result<[f32; 3], PlacementError> {
         let largest = r.into_iter().fold(0.0, f64::max);
         if largest == 0.0 {
             return Err(PlacementError::NoExtent);
         }
         Ok(std::array::from_fn(|i| {
             let area = 4.0 * r[(i + 1) % 3] * r[(i + 2) % 3];
-            let printed = r[i] + (area / (4.0 * std::f64::consts::PI * epsilon)).sqrt();
+            let eq_4 = r[i] + (area / (4.0 * std::f64::consts::PI * epsilon)).sqrt();
             let n = f64::from(self.resolution[i]);
             let with_margin = r[i] / (1.0 - 2.0 * MARGIN_CELLS / n);
-            printed.max(with_margin).max(THINNEST * largest) as f32
+            eq_4.max(with_margin).max(MIN_RELATIVE_EXTENT * largest) as f32
         }))
     }
 }
@@ -105,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cube_gets_the_papers_three_radii() {
+    fn the_box_of_a_cube_follows_eq_4() {
         // e = r + √(4 r² / (4π · 0.1)) = r (1 + 1/√(0.1π)) = 2.784 r.
         let e = half_extents([0.5; 3]);
         let expected = 0.5 * (1.0 + (0.1 * std::f32::consts::PI).sqrt().recip());
@@ -134,8 +137,8 @@ mod tests {
     }
 
     #[test]
-    fn refuses_points_and_senseless_numbers() {
-        let at = |min, max| Bounds { min, max };
+    fn points_and_invalid_numbers_are_refused() {
+        let bounds = |min, max| Bounds { min, max };
         let place = |extent, bounds: &Bounds| {
             Placement {
                 extent,
@@ -143,8 +146,8 @@ mod tests {
             }
             .place(bounds)
         };
-        let point = at([1.0; 3], [1.0; 3]);
-        let unit = at([0.0; 3], [1.0; 3]);
+        let point = bounds([1.0; 3], [1.0; 3]);
+        let unit = bounds([0.0; 3], [1.0; 3]);
         assert_eq!(
             place(Extent::Epsilon(0.1), &point),
             Err(PlacementError::NoExtent)
@@ -161,12 +164,12 @@ mod tests {
             place(Extent::HalfExtents([1.0, 0.0, 1.0]), &unit),
             Err(PlacementError::Spec(SpecError::HalfExtent("y", _)))
         ));
-        let huge = at([-3e38; 3], [3e38; 3]);
+        let huge = bounds([-3e38; 3], [3e38; 3]);
         assert!(matches!(
             place(Extent::Epsilon(0.1), &huge),
             Err(PlacementError::Spec(_))
         ));
-        // A point is fine where the box is given.
+        // A point is valid if the box is given.
         assert!(place(Extent::HalfExtents([1.0; 3]), &point).is_ok());
     }
 }

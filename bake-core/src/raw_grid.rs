@@ -1,10 +1,10 @@
-//! What bakers produce.
+//! The output of a baker: the moments of every cell.
 
 use aogrid_grid_format::GridSpec;
 
 use crate::SignedLayers;
 
-/// The occluded directions of one cell, reduced.
+/// The moments of the occluded directions of a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
     /// Moment 0: the occluded fraction of the sphere, 0..1 (RR-5779 eq. 5).
@@ -15,7 +15,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// The axis d = m/|m|, from the cell towards the object; zero where m is.
+    /// Returns the axis d = m/|m|, from the cell toward the object; zero if m is zero.
     pub fn axis(&self) -> [f32; 3] {
         let m = self.m.map(f64::from);
         let length = m.iter().map(|v| v * v).sum::<f64>().sqrt();
@@ -26,21 +26,21 @@ impl Moments {
     }
 }
 
-/// The visibility of every cell, in single floats and without any treatment.
+/// The occlusion of every cell in single precision, before post-processing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RawGrid {
-    /// Where the cells lie.
+    /// The grid's box and resolution.
     pub spec: GridSpec,
-    /// One for each cell, x fastest.
+    /// The moments of each cell, x fastest.
     pub moments: Vec<Moments>,
-    /// How many of `directions` are occluded, one for each cell, x fastest. It decides what
-    /// is inside: `count == directions` is exact where a float sum need not reach 1.
+    /// The number of occluded directions of each cell, x fastest. It tells interior cells:
+    /// `count == directions` is exact, whereas a float sum need not reach 1.
     pub counts: Vec<u32>,
-    /// How many directions were tested per cell.
+    /// The number of directions tested per cell.
     pub directions: u32,
-    /// The signed layers around the cells, from which the inside of an open mesh is known. None
-    /// for a mesh without unbalanced edges, and where nobody asked for them: then only cells
-    /// that are [enclosed](RawGrid::is_enclosed) are inside.
+    /// The signed layers around the cells, which tell the interior of an open mesh. `None` for a
+    /// mesh without unbalanced edges and if the options do not need them: then only
+    /// [enclosed](RawGrid::is_enclosed) cells are interior.
     pub layers: Option<SignedLayers>,
 }
 

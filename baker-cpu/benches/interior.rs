@@ -1,5 +1,6 @@
-//! The cost of telling the inside of open meshes: bakes with interior `enclosed` and with `signed`, in
-//! turns, preparation included. Medians and least times in milliseconds, and their ratios.
+//! Measures the cost of finding the interior of open meshes: alternating bakes with interior
+//! `enclosed` and `signed`, including preparation. Prints median and minimum times in milliseconds,
+//! and their ratios.
 //!
 //! ```sh
 //! cargo bench -p aogrid-baker-cpu --bench interior -- teapot.obj bunny.obj
@@ -13,8 +14,8 @@ use aogrid_bake_core::{BakeOptions, Kernel, Placement, UNOBSERVED};
 use aogrid_baker_cpu::Baker;
 use aogrid_grid_format::Interior;
 
-/// Alternating turns. The first is not counted: it fills buffers.
-const TURNS: usize = 101;
+/// The number of measured pairs of bakes. One more pair before them warms up the buffers.
+const PAIRS: usize = 101;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Cargo appends `--bench`.
@@ -29,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let loaded = mesh::load(path.as_ref())?;
         let [enclosed, signed] = times(&loaded)?;
         let ratio = [0, 1].map(|i| signed[i] / enclosed[i]);
-        let pair = |[median, least]: [f64; 2]| format!("{median:9.3} {least:8.3}");
+        let pair = |[median, minimum]: [f64; 2]| format!("{median:9.3} {minimum:8.3}");
         let columns = [enclosed, signed].map(pair);
         println!(
             "{:26} {} {} {:6.3} {:6.3}",
@@ -39,7 +40,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Median and least milliseconds with `enclosed`, and with `signed`.
+/// Returns the median and minimum milliseconds with `enclosed`, and with `signed`.
 fn times(loaded: &LoadedMesh) -> Result<[[f64; 2]; 2], Box<dyn std::error::Error>> {
     let spec = Placement::default().place(&loaded.mesh.bounds())?;
     let options = [Interior::Enclosed, Interior::Signed].map(|interior| BakeOptions {
@@ -48,18 +49,18 @@ fn times(loaded: &LoadedMesh) -> Result<[[f64; 2]; 2], Box<dyn std::error::Error
     });
     let mut baker = Baker::new(Some(Kernel::Sweep));
     let mut times = [Vec::new(), Vec::new()];
-    for turn in 0..=TURNS {
+    for pair in 0..=PAIRS {
         for (options, times) in options.iter().zip(&mut times) {
             let start = Instant::now();
             let mut prepared = baker.prepare(&loaded.mesh, spec, options)?;
             black_box(prepared.bake(UNOBSERVED)?);
-            if turn > 0 {
+            if pair > 0 {
                 times.push(1e3 * start.elapsed().as_secs_f64());
             }
         }
     }
     Ok(times.map(|mut times| {
         times.sort_by(f64::total_cmp);
-        [times[TURNS / 2], times[0]]
+        [times[PAIRS / 2], times[0]]
     }))
 }

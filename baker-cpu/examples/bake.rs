@@ -1,4 +1,5 @@
-//! Bakes a grid from a program: `cargo run --release --example bake model.obj model.ao.ktx2`.
+//! Bakes a grid with the recommended options:
+//! `cargo run --release --example bake model.obj model.ao.ktx2`.
 
 use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, mesh, post};
 use aogrid_grid_format::Source;

@@ -1,4 +1,5 @@
-//! Every cell's directions, tested and reduced.
+//! The bake of one grid, and its implementation by ray casting, which traces the sampled directions
+//! of every cell and reduces them to moments.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -12,29 +13,29 @@ use rayon::prelude::*;
 use crate::monte_carlo::CellDirections;
 use crate::{Baker, Occluder, WhyRays};
 
-/// Why a bake gave nothing.
+/// The reason that a bake failed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BakeError {
-    /// An option out of its range.
+    /// An option is out of range.
     #[error(transparent)]
     Options(#[from] OptionsError),
-    /// The observer broke it off.
+    /// The observer cancelled the bake.
     #[error("the bake was cancelled")]
     Cancelled,
-    /// The sweep was asked for, and only rays can do it.
+    /// The direction sweep was requested, but only ray casting supports this bake.
     #[error("the sweep cannot bake this: {0}")]
     NoSweep(WhyRays),
 }
 
-/// Bakes the moments of every cell of `spec` around `mesh`, watched by `observer`, by the
-/// sweep if it can be used and is faster, else by rays.
+/// Bakes the moments of every cell of `spec` around `mesh` and reports progress to `observer`.
 ///
-/// The same input gives the same bits, for any number of threads.
+/// Uses the direction sweep if it supports the bake and is faster, otherwise ray casting. The
+/// result is bit-identical for any number of threads.
 ///
 /// # Errors
 ///
-/// An option out of its range, or cancellation.
+/// An option is out of range, or the observer cancelled.
 pub fn bake(
     mesh: &TriangleMesh,
     spec: GridSpec,
@@ -46,12 +47,13 @@ pub fn bake(
 }
 
 impl Occluder {
-    /// [`bake()`] around the mesh of this occluder, by rays; without its signed layers, which
-    /// are [the options'](BakeOptions::layers).
+    /// Bakes a grid around this occluder's mesh by ray casting; see [`bake()`].
+    ///
+    /// The result has no signed layers; [`BakeOptions::layers`] computes them.
     ///
     /// # Errors
     ///
-    /// As [`bake()`].
+    /// The same as [`bake()`].
     pub fn bake(
         &self,
         spec: GridSpec,
@@ -65,13 +67,13 @@ impl Occluder {
             Method::Faces { size } => {
                 let rays = face_rays(size);
                 for_each_cell(&spec, observer, |idx| {
-                    let sums = sampler.faces(idx, &rays);
+                    let sums = sampler.cube_faces(idx, &rays);
                     (sums.moments(directions), sums.count)
                 })
             }
             Method::Rays { count, seed } => for_each_cell(&spec, observer, |idx| {
-                let units = CellDirections::new(seed, idx).take(count as usize);
-                sampler.random(idx, units, count)
+                let unit_directions = CellDirections::new(seed, idx).take(count as usize);
+                sampler.monte_carlo(idx, unit_directions, count)
             }),
         }?;
         let (moments, counts) = cells.into_iter().unzip();
@@ -85,23 +87,24 @@ impl Occluder {
     }
 }
 
-/// A texel's direction, of length 1, and its share.
+/// Returns the direction of each cube-face texel, of length 1, and its fixed-point moments.
 fn face_rays(size: u32) -> Vec<([f64; 3], FixedTexel)> {
-    let units = texels(size).into_iter().map(|texel| {
+    let unit_directions = texels(size).into_iter().map(|texel| {
         let length = texel.direction.iter().map(|v| v * v).sum::<f64>().sqrt();
         texel.direction.map(|v| v / length)
     });
-    units.zip(fixed_texels(size)).collect()
+    unit_directions.zip(fixed_texels(size)).collect()
 }
 
-/// Where samples lie and how far they see.
+/// The sample positions of a grid and the rays traced from them.
 struct Sampler<'a> {
     occluder: &'a Occluder,
     spec: &'a GridSpec,
     sample_offset: [f64; 3],
-    /// From the centre of the mesh to the centre of the grid: zero for a placed grid.
+    /// The offset from the center of the mesh to the center of the grid, in object space; zero
+    /// for a grid placed around this mesh.
     grid_from_mesh: [f64; 3],
-    reach: f64,
+    max_distance: f64,
 }
 
 impl<'a> Sampler<'a> {
@@ -112,45 +115,54 @@ impl<'a> Sampler<'a> {
             spec,
             sample_offset: options.sample_offset.map(f64::from),
             grid_from_mesh: std::array::from_fn(|x| grid[x] - mesh[x]),
-            reach: options.max_distance.map_or(f64::INFINITY, f64::from),
+            max_distance: options.max_distance.map_or(f64::INFINITY, f64::from),
         }
     }
 
+    /// Returns the sample position of a cell relative to the center of the mesh.
     fn origin(&self, idx: usize) -> [f64; 3] {
         let cell = self.spec.cell_at(idx);
         let sample = self.spec.sample_from_center(cell, self.sample_offset);
         std::array::from_fn(|x| sample[x] + self.grid_from_mesh[x])
     }
 
-    fn faces(&self, idx: usize, rays: &[([f64; 3], FixedTexel)]) -> FaceSums {
+    /// Sums the occluded texels of a cell's cube faces, in fixed point.
+    fn cube_faces(&self, idx: usize, rays: &[([f64; 3], FixedTexel)]) -> FaceSums {
         let origin = self.origin(idx);
         let mut sums = FaceSums::default();
         for (unit, texel) in rays {
-            if self.occluder.hides_from_center(origin, *unit, self.reach) {
+            if self
+                .occluder
+                .is_occluded_from_center(origin, *unit, self.max_distance)
+            {
                 sums.add(texel);
             }
         }
         sums
     }
 
-    fn random(
+    /// Returns the moments and the occluded count of a cell over `rays` random directions.
+    fn monte_carlo(
         &self,
         idx: usize,
-        units: impl Iterator<Item = [f64; 3]>,
+        unit_directions: impl Iterator<Item = [f64; 3]>,
         rays: u32,
     ) -> (Moments, u32) {
         let origin = self.origin(idx);
         let (mut count, mut sum) = (0, [0.0; 3]);
-        for unit in units {
-            if self.occluder.hides_from_center(origin, unit, self.reach) {
+        for unit in unit_directions {
+            if self
+                .occluder
+                .is_occluded_from_center(origin, unit, self.max_distance)
+            {
                 count += 1;
                 for (sum, u) in sum.iter_mut().zip(unit) {
                     *sum += u;
                 }
             }
         }
-        // Every direction hidden is the whole sphere, which points nowhere; the mean of random
-        // directions does.
+        // A fully occluded sphere has a first moment of zero, but the mean of finitely many random
+        // directions does not.
         let m = if count == rays { [0.0; 3] } else { sum };
         let moments = Moments {
             a: (f64::from(count) / f64::from(rays)) as f32,
@@ -160,7 +172,7 @@ impl<'a> Sampler<'a> {
     }
 }
 
-/// Every cell's moments and count, computed on all threads, each written to its own place.
+/// Computes the moments and count of every cell in parallel, in the order of the cells.
 fn for_each_cell(
     spec: &GridSpec,
     observer: Observer<'_>,
@@ -207,18 +219,18 @@ mod tests {
         assert_eq!(raw.directions, 1536);
         for (idx, cell) in raw.moments.iter().enumerate() {
             let share = raw.counts[idx] as f32 / 1536.0;
-            // A texel's solid angle is within 0.37 and 1.9 times the mean of all.
+            // The solid angle of a texel is 0.37 to 1.9 times the mean.
             assert!(cell.a >= 0.3 * share && cell.a <= 2.0 * share);
             let [x, y, z] = cell.m;
             let length = (x * x + y * y + z * z).sqrt();
-            // A cone has the longest moment of all sets of directions of its size; 0.01 for
-            // texels, which are no points.
+            // Of all sets of directions with the same solid angle a cone has the longest first
+            // moment; 0.01 allows for the finite size of the texels.
             assert!(length <= cell.a * (1.0 - cell.a) + 0.01, "{cell:?}");
         }
     }
 
     #[test]
-    fn one_thread_and_many_give_the_same_bits() {
+    fn results_do_not_depend_on_the_number_of_threads() {
         let (mesh, spec, mut options) = coarse();
         for method in [
             Method::Faces { size: 8 },
@@ -238,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn seeds_differ_and_repeat() {
+    fn equal_seeds_repeat_and_different_seeds_differ() {
         let (mesh, spec, mut options) = coarse();
         let mut with = |seed| {
             options.method = Method::Rays { count: 64, seed };
@@ -249,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn a_maximum_distance_forgets_what_is_beyond() {
+    fn triangles_beyond_the_maximum_distance_are_ignored() {
         let (mesh, spec, mut options) = coarse();
         let mut with = |distance| {
             options.max_distance = distance;
@@ -258,13 +270,13 @@ mod tests {
         let (unlimited, far, near) = (with(None), with(Some(100.0)), with(Some(0.2)));
         assert_eq!(unlimited, far);
         assert!(near.iter().zip(&far).all(|(near, far)| near <= far));
-        // A corner cell is more than 0.2 from the table, one next to it is not.
+        // The corner cell is more than 0.2 away from the table; cells next to the table are not.
         assert_eq!(near[0], 0);
         assert!(near.iter().any(|&n| n > 0) && unlimited[0] > 0);
     }
 
     #[test]
-    fn the_observer_sees_every_cell_and_can_stop() {
+    fn the_observer_is_called_for_every_cell_and_can_cancel() {
         let (mesh, spec, options) = coarse();
         let seen = AtomicUsize::new(0);
         let count = |progress: Progress| {
@@ -284,15 +296,15 @@ mod tests {
     }
 
     #[test]
-    fn the_sweep_is_watched_and_stopped_too() {
+    fn the_sweep_reports_progress_and_can_be_cancelled() {
         let (mesh, spec, options) = coarse();
-        let most = AtomicUsize::new(0);
+        let max_done = AtomicUsize::new(0);
         let watch = |progress: Progress| {
-            most.fetch_max(progress.done, Ordering::Relaxed);
+            max_done.fetch_max(progress.done, Ordering::Relaxed);
             ControlFlow::Continue(())
         };
         bake(&mesh, spec, &options, &watch).unwrap();
-        assert_eq!(most.into_inner(), 1080);
+        assert_eq!(max_done.into_inner(), 1080);
         let stop = |_: Progress| ControlFlow::Break(());
         let stopped = bake(&mesh, spec, &options, &stop);
         assert_eq!(stopped, Err(BakeError::Cancelled));

@@ -1,4 +1,4 @@
-//! The choice between the sweep and rays, and one object for both.
+//! The CPU baker: chooses between the direction sweep and ray casting.
 
 use aogrid_bake_core::{
     BakeOptions, Kernel, Observer, PreparedMesh, RawGrid, SignedLayers, TriangleMesh, WhyRays,
@@ -7,21 +7,22 @@ use aogrid_grid_format::{GridSpec, Method};
 
 use crate::{BakeError, Occluder, Sweeper};
 
-/// Bakes by the sweep or by rays, and keeps the buffers that it may need again.
+/// Bakes by the direction sweep or by ray casting, and keeps its buffers for later bakes.
 pub struct Baker {
-    choice: Option<Kernel>,
+    requested: Option<Kernel>,
     sweeper: Sweeper,
 }
 
-/// A mesh made ready for one bake.
+/// A mesh, a grid and options prepared for a bake.
 pub struct Prepared<'a> {
     spec: GridSpec,
     options: &'a BakeOptions,
-    ready: Ready<'a>,
+    algorithm: PreparedAlgorithm<'a>,
     why_rays: Option<WhyRays>,
 }
 
-enum Ready<'a> {
+/// The prepared data of each algorithm.
+enum PreparedAlgorithm<'a> {
     Sweep {
         sweeper: &'a mut Sweeper,
         mesh: PreparedMesh,
@@ -34,21 +35,23 @@ enum Ready<'a> {
 }
 
 impl Baker {
-    /// With the kernel that is chosen; none: the sweep wherever it can be used and is faster.
-    pub fn new(choice: Option<Kernel>) -> Self {
-        Self::with_sweeper(choice, Sweeper::new())
+    /// Creates a baker that uses the given algorithm, or with `None` the direction sweep wherever
+    /// it is supported and faster.
+    pub fn new(requested: Option<Kernel>) -> Self {
+        Self::with_sweeper(requested, Sweeper::new())
     }
 
-    /// [`Baker::new`], with a sweeper that is there already.
-    pub fn with_sweeper(choice: Option<Kernel>, sweeper: Sweeper) -> Self {
-        Self { choice, sweeper }
+    /// Creates a baker like [`Baker::new`], but with an existing sweeper.
+    pub fn with_sweeper(requested: Option<Kernel>, sweeper: Sweeper) -> Self {
+        Self { requested, sweeper }
     }
 
-    /// Everything before the first direction, on all threads.
+    /// Prepares a bake: validates the options and builds the data structures, on all threads.
     ///
     /// # Errors
     ///
-    /// An option out of its range; the sweep was chosen and cannot be used.
+    /// An option is out of range, or the direction sweep was requested and does not support
+    /// this bake.
     pub fn prepare<'a>(
         &'a mut self,
         mesh: &TriangleMesh,
@@ -56,36 +59,38 @@ impl Baker {
         options: &'a BakeOptions,
     ) -> Result<Prepared<'a>, BakeError> {
         options.validate()?;
-        let rays = || Ready::Rays {
+        let rays = || PreparedAlgorithm::Rays {
             occluder: Occluder::new(mesh),
             layers: options.layers(mesh, spec),
         };
-        let (ready, why_rays) = match self.choice {
+        let (algorithm, why_rays) = match self.requested {
             Some(Kernel::Rays) => (rays(), None),
-            choice => match ready_to_sweep(mesh, spec, options, choice.is_none()) {
+            requested => match prepare_sweep(mesh, spec, options, requested.is_none()) {
                 Ok((mesh, size)) => {
                     let sweeper = &mut self.sweeper;
-                    let ready = Ready::Sweep {
+                    let algorithm = PreparedAlgorithm::Sweep {
                         sweeper,
                         mesh,
                         size,
                     };
-                    (ready, None)
+                    (algorithm, None)
                 }
-                Err(why) if choice.is_some() => return Err(BakeError::NoSweep(why)),
+                Err(why) if requested.is_some() => return Err(BakeError::NoSweep(why)),
                 Err(why) => (rays(), Some(why)),
             },
         };
         Ok(Prepared {
             spec,
             options,
-            ready,
+            algorithm,
             why_rays,
         })
     }
 }
 
-fn ready_to_sweep(
+/// Returns the mesh prepared for the direction sweep and the size of a cube face, or the reason to
+/// use ray casting instead.
+fn prepare_sweep(
     mesh: &TriangleMesh,
     spec: GridSpec,
     options: &BakeOptions,
@@ -105,29 +110,31 @@ fn ready_to_sweep(
 }
 
 impl Prepared<'_> {
-    /// What will test the directions.
+    /// Returns the algorithm that finds visibility.
     pub fn kernel(&self) -> Kernel {
-        match self.ready {
-            Ready::Sweep { .. } => Kernel::Sweep,
-            Ready::Rays { .. } => Kernel::Rays,
+        match self.algorithm {
+            PreparedAlgorithm::Sweep { .. } => Kernel::Sweep,
+            PreparedAlgorithm::Rays { .. } => Kernel::Rays,
         }
     }
 
-    /// Why it is rays, where nothing was chosen.
+    /// Returns the reason for ray casting, if the baker fell back to it. `None` if the algorithm
+    /// was requested or is the direction sweep.
     pub fn why_rays(&self) -> Option<&WhyRays> {
         self.why_rays.as_ref()
     }
 
-    /// Bakes. The same input gives the same bits, for any number of threads.
+    /// Bakes the grid. The result is bit-identical for any number of threads.
     ///
     /// # Errors
     ///
-    /// Cancellation.
+    /// The observer cancelled.
     pub fn bake(&mut self, observer: Observer<'_>) -> Result<RawGrid, BakeError> {
         let options = self.options;
-        let (raw, layers) = match &mut self.ready {
-            // Both at once, so that no thread waits for the few tasks that layers are.
-            Ready::Sweep {
+        let (raw, layers) = match &mut self.algorithm {
+            // The layers are only a few tasks. Running them beside the sweep keeps all threads
+            // busy.
+            PreparedAlgorithm::Sweep {
                 sweeper,
                 mesh,
                 size,
@@ -135,7 +142,7 @@ impl Prepared<'_> {
                 || sweeper.bake(mesh, *size, observer),
                 || options.layers_of(mesh),
             ),
-            Ready::Rays { occluder, layers } => {
+            PreparedAlgorithm::Rays { occluder, layers } => {
                 (occluder.bake(self.spec, options, observer), layers.clone())
             }
         };
@@ -157,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sweep_is_chosen_where_it_can_be_used() {
+    fn the_sweep_is_used_where_it_is_supported() {
         let mesh = Sample::Table.mesh(None).unwrap();
         let placed = spec(&mesh, Extent::Epsilon(0.1));
         let faces = BakeOptions::recommended();
@@ -190,12 +197,12 @@ mod tests {
     }
 
     #[test]
-    fn a_choice_is_kept_or_refused() {
+    fn a_requested_algorithm_is_used_or_refused() {
         let mesh = Sample::Table.mesh(None).unwrap();
         let placed = spec(&mesh, Extent::Epsilon(0.1));
         let faces = BakeOptions::recommended();
-        let kernel = |choice| {
-            let mut baker = Baker::new(Some(choice));
+        let kernel = |requested| {
+            let mut baker = Baker::new(Some(requested));
             baker.prepare(&mesh, placed, &faces).unwrap().kernel()
         };
         assert_eq!(kernel(Kernel::Sweep), Kernel::Sweep);

@@ -1,5 +1,5 @@
-//! Bakes ambient-occlusion grids on the CPU, on all cores: by the direction sweep, and by rays,
-//! the reference that every faster way is checked against.
+//! Bakes ambient-occlusion grids on the CPU, on all cores, by the direction sweep or by ray
+//! casting. Ray casting is the reference that every faster implementation is checked against.
 //!
 //! ```
 //! use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, samples::Sample};
@@ -13,26 +13,28 @@
 //!
 //! # Theory
 //!
-//! Two ways to sample visibility: [`Method::Faces`](aogrid_grid_format::Method::Faces) tests
-//! the centre of every texel of six cube faces and weights it by the texel's exact solid
-//! angle; [`Method::Rays`](aogrid_grid_format::Method::Rays) tests uniformly random directions
-//! (RR-5779, 6.1, the third method). Either way a direction is occluded if its ray meets a
-//! triangle, from whichever side, at a distance above zero and up to the maximum.
+//! Visibility is sampled in one of two ways. [`Method::Faces`](aogrid_grid_format::Method::Faces)
+//! tests the center of every texel of six cube faces and weights it by the texel's exact solid
+//! angle. [`Method::Rays`](aogrid_grid_format::Method::Rays) tests uniformly random directions
+//! (RR-5779, 6.1, the third method). A direction is occluded if its ray hits a triangle, from
+//! either side, at a distance above zero and up to the maximum.
 //!
-//! The test is watertight (Woop, Benthin, Wald: *Watertight Ray/Triangle Intersection*, JCGT
-//! 2013) in double precision, and the hierarchy's boxes are padded so that rounding never
-//! discards a box: what a ray hits depends on the triangles alone, not on their order, the
-//! hierarchy or the thread. A mirrored mesh gives exactly the mirrored counts.
+//! The ray–triangle test is watertight (Woop, Benthin, Wald: *Watertight Ray/Triangle
+//! Intersection*, JCGT 2013) and in double precision. The boxes of the BVH are padded, so that
+//! rounding never culls a box that the ray hits. The result depends on the triangles alone, not
+//! on their order, the BVH or the thread. A mirrored mesh gives exactly the mirrored counts.
 //!
-//! The same faces, many times faster, come from the *direction sweep*, which finds what lies
-//! ahead of whole rows of cells at once. It cannot do random rays or a maximum distance.
+//! The *direction sweep* computes the same cube faces many times faster: it finds the occluders
+//! ahead of a whole row of cells at once. It supports neither random directions nor a maximum
+//! distance.
 //!
 //! # Practice
 //!
-//! [`bake()`] is all it takes for a grid; a [`Baker`] kept warm bakes again and again and says
-//! which kernel it uses. An [`Occluder`] bakes by rays and answers single ones
-//! ([`Occluder::hides`], [`Occluder::nearest`]); [`truth`] shades with them. A [`Sweeper`] bakes a prepared mesh, and gives the
-//! faces' bits. Threads are those of the `rayon` pool in which the call runs.
+//! [`bake()`] bakes one grid. A [`Baker`] keeps its buffers for further bakes and reports which
+//! algorithm it uses. An [`Occluder`] bakes by ray casting and traces single rays
+//! ([`Occluder::hides`], [`Occluder::nearest`]); [`truth`] shades with it. A [`Sweeper`] bakes a
+//! prepared mesh by the direction sweep and also returns the occlusion bits of the faces. All of
+//! them use the `rayon` thread pool in which they are called.
 
 mod bake;
 mod baker;

@@ -1,10 +1,11 @@
-//! Uniformly random directions, a stream of its own for each cell.
+//! Uniformly random directions from a separate random stream for each cell.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// The endless directions of one cell. They depend on the seed and the cell alone, so that no
-/// thread or order of cells changes them.
+/// An infinite iterator over the random directions of one cell.
+///
+/// They depend on the seed and the cell index alone, not on the thread or the order of the cells.
 pub(crate) struct CellDirections(ChaCha8Rng);
 
 impl CellDirections {
@@ -14,7 +15,7 @@ impl CellDirections {
         Self(rng)
     }
 
-    /// A number in −1..1, in steps of 2⁻⁵².
+    /// Returns a uniform number in −1..1, a multiple of 2⁻⁵².
     fn signed(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
@@ -23,8 +24,8 @@ impl CellDirections {
 impl Iterator for CellDirections {
     type Item = [f64; 3];
 
-    /// A unit vector by Marsaglia's method (Annals of Mathematical Statistics 43, 1972):
-    /// no sine or cosine, whose last bits differ between machines.
+    /// Returns a uniform unit vector by Marsaglia's method (Annals of Mathematical Statistics 43,
+    /// 1972). It needs no sine or cosine, whose last bits differ between machines.
     fn next(&mut self) -> Option<[f64; 3]> {
         loop {
             let (x, y) = (self.signed(), self.signed());
@@ -52,7 +53,8 @@ mod tests {
                 second[x] += d[x] * d[x] / n as f64;
             }
         }
-        // A component has variance 1/3, its square 4/45: four standard deviations of the means.
+        // A component has variance 1/3, its square 4/45. The tolerance is four standard deviations
+        // of their means.
         for x in 0..3 {
             assert!(first[x].abs() < 4.0 * (1.0 / 3.0 / n as f64).sqrt());
             let off = (second[x] - 1.0 / 3.0).abs();
@@ -61,12 +63,12 @@ mod tests {
     }
 
     #[test]
-    fn cells_have_streams_of_their_own() {
+    fn cells_have_separate_random_streams() {
         let first = |seed, cell| CellDirections::new(seed, cell).next().unwrap();
         assert_eq!(first(1, 2), first(1, 2));
         assert_ne!(first(1, 2), first(1, 3));
         assert_ne!(first(1, 2), first(2, 2));
-        // Frozen: a grid's bytes depend on it.
+        // Frozen: the bytes of Monte Carlo grids depend on these values.
         let frozen = [
             0.757_536_321_907_690_7,
             -0.123_474_742_838_644_86,

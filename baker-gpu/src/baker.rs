@@ -1,4 +1,5 @@
-//! The choice between the sweep and rays, and one object for both: as the CPU's baker.
+//! One baker for the direction sweep and ray casting, and the choice between them; it mirrors the
+//! CPU's.
 
 use aogrid_bake_core::{
     BakeOptions, Kernel, Observer, PreparedMesh, RawGrid, SignedLayers, TriangleMesh, WhyRays,
@@ -9,29 +10,32 @@ use crate::rays::{Caster, UploadedTree};
 use crate::sweep::{Sweeper, UploadedMesh};
 use crate::{BakeError, Context};
 
-/// Bakes by the sweep or by rays, and keeps what it has compiled and allocated.
+/// Bakes by the direction sweep or by ray casting, and keeps its pipelines and buffers.
 pub struct Baker {
     choice: Option<Kernel>,
     sweeper: Sweeper,
     caster: Caster,
 }
 
-/// A mesh made ready, and uploaded, for one bake.
+/// A mesh prepared and uploaded for one bake.
 pub struct Prepared<'a> {
     options: &'a BakeOptions,
-    ready: Ready<'a>,
-    /// Counted on the CPU: it takes a moment, and gives the same for all bakers.
+    uploaded: Uploaded<'a>,
+    /// The signed layers. They are counted on the CPU: this is fast and gives every baker the
+    /// same result.
     layers: Option<SignedLayers>,
-    why_rays: Option<WhyRays>,
+    fallback_reason: Option<WhyRays>,
 }
 
-enum Ready<'a> {
+/// The algorithm's baker with its uploaded mesh; for the sweep, with the face size.
+enum Uploaded<'a> {
     Sweep(&'a mut Sweeper, Box<UploadedMesh>, u32),
     Rays(&'a mut Caster, UploadedTree),
 }
 
 impl Baker {
-    /// With the kernel that is chosen; none: the sweep wherever it can be used and is faster.
+    /// Creates a baker for the chosen algorithm. `None` takes the direction sweep wherever it is
+    /// supported and faster.
     pub fn new(context: &Context, choice: Option<Kernel>) -> Self {
         Self {
             choice,
@@ -40,11 +44,11 @@ impl Baker {
         }
     }
 
-    /// Everything before the first direction: on the CPU, and the upload.
+    /// Prepares the mesh on the CPU and uploads it: all the work before the first direction.
     ///
     /// # Errors
     ///
-    /// An option out of its range; the sweep was chosen and cannot be used; the device fails.
+    /// An option is out of range; the sweep was chosen and is not supported; the device fails.
     pub fn prepare<'a>(
         &'a mut self,
         mesh: &TriangleMesh,
@@ -52,34 +56,36 @@ impl Baker {
         options: &'a BakeOptions,
     ) -> Result<Prepared<'a>, BakeError> {
         options.validate()?;
-        let why_rays = match self.choice {
+        let fallback_reason = match self.choice {
             Some(Kernel::Rays) => None,
-            choice => match ready_to_sweep(mesh, spec, options, choice.is_none()) {
+            choice => match prepare_sweep(mesh, spec, options, choice.is_none()) {
                 Ok((mesh, size)) => {
                     let layers = options.layers_of(&mesh);
                     let uploaded = Box::new(self.sweeper.upload(mesh)?);
                     return Ok(Prepared {
                         options,
                         layers,
-                        ready: Ready::Sweep(&mut self.sweeper, uploaded, size),
-                        why_rays: None,
+                        uploaded: Uploaded::Sweep(&mut self.sweeper, uploaded, size),
+                        fallback_reason: None,
                     });
                 }
-                Err(why) if choice.is_some() => return Err(BakeError::NoSweep(why)),
-                Err(why) => Some(why),
+                Err(reason) if choice.is_some() => return Err(BakeError::NoSweep(reason)),
+                Err(reason) => Some(reason),
             },
         };
         let uploaded = self.caster.upload(mesh, spec, options.sample_offset)?;
         Ok(Prepared {
             options,
             layers: options.layers(mesh, spec),
-            ready: Ready::Rays(&mut self.caster, uploaded),
-            why_rays,
+            uploaded: Uploaded::Rays(&mut self.caster, uploaded),
+            fallback_reason,
         })
     }
 }
 
-fn ready_to_sweep(
+/// Prepares the mesh for the direction sweep. Returns it with the face size, or the reason why
+/// rays must be cast instead.
+fn prepare_sweep(
     mesh: &TriangleMesh,
     spec: GridSpec,
     options: &BakeOptions,
@@ -87,42 +93,42 @@ fn ready_to_sweep(
 ) -> Result<(PreparedMesh, u32), WhyRays> {
     let size = match (WhyRays::of_options(options), options.method) {
         (None, Method::Faces { size }) => size,
-        (Some(why), _) => return Err(why),
+        (Some(reason), _) => return Err(reason),
         (None, Method::Rays { .. }) => return Err(WhyRays::MonteCarlo),
     };
     let prepared =
         PreparedMesh::new(mesh, spec, options.sample_offset).map_err(WhyRays::Prepare)?;
     match WhyRays::of_counts(prepared.lone_edges().len()) {
-        Some(why) if only_if_faster => Err(why),
+        Some(reason) if only_if_faster => Err(reason),
         _ => Ok((prepared, size)),
     }
 }
 
 impl Prepared<'_> {
-    /// What will test the directions.
+    /// Returns the algorithm that will test the directions.
     pub fn kernel(&self) -> Kernel {
-        match self.ready {
-            Ready::Sweep(..) => Kernel::Sweep,
-            Ready::Rays(..) => Kernel::Rays,
+        match self.uploaded {
+            Uploaded::Sweep(..) => Kernel::Sweep,
+            Uploaded::Rays(..) => Kernel::Rays,
         }
     }
 
-    /// Why it is rays, where nothing was chosen.
+    /// Returns the reason for ray casting if no algorithm was chosen and the sweep is not used.
     pub fn why_rays(&self) -> Option<&WhyRays> {
-        self.why_rays.as_ref()
+        self.fallback_reason.as_ref()
     }
 
-    /// Bakes; without directions (every moment 1 zero) where the encoding keeps none. The same
+    /// Bakes the grid. If the encoding stores no directions, every moment 1 is zero. The same
     /// input gives the same bits on one device.
     ///
     /// # Errors
     ///
-    /// Cancellation, or the device fails.
+    /// The observer cancels, or the device fails.
     pub fn bake(&mut self, observer: Observer<'_>) -> Result<RawGrid, BakeError> {
         let directions = self.options.encoding != Encoding::Occlusion;
-        let mut raw = match &mut self.ready {
-            Ready::Sweep(sweeper, mesh, size) => sweeper.bake(mesh, *size, directions, observer),
-            Ready::Rays(caster, mesh) => caster.bake(mesh, self.options, directions, observer),
+        let mut raw = match &mut self.uploaded {
+            Uploaded::Sweep(sweeper, mesh, size) => sweeper.bake(mesh, *size, directions, observer),
+            Uploaded::Rays(caster, bvh) => caster.bake(bvh, self.options, directions, observer),
         }?;
         raw.layers = self.layers.clone();
         Ok(raw)

@@ -1,10 +1,10 @@
-//! A device to bake with, and how one is chosen.
+//! The device to bake with, and the selection of an adapter.
 
 use std::sync::{Arc, OnceLock};
 
 use wgpu::{Adapter, AdapterInfo, Device, DeviceType, Instance, Queue};
 
-/// A device and its queue: the caller's own, or one on an adapter that is chosen here.
+/// A device and its queue: the caller's own, or one on an adapter that is selected here.
 #[derive(Clone, Debug)]
 pub struct Context {
     pub(crate) device: Device,
@@ -13,71 +13,75 @@ pub struct Context {
     lost: Arc<OnceLock<String>>,
 }
 
-/// Which adapter to bake with.
+/// The adapter to bake with.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Choice {
-    /// The fastest real GPU; software is none.
+    /// The fastest hardware GPU; software rasterizers are excluded.
     Real,
-    /// The first whose name holds this, whatever its case: also software.
+    /// The first adapter whose name contains this text, ignoring case; software rasterizers are
+    /// included.
     Named(String),
 }
 
-/// Why there is no device.
+/// An error of selecting an adapter or creating a device.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ContextError {
-    /// The machine has none that counts.
-    #[error("no GPU was found{}", software(.0))]
+    /// The machine has no hardware GPU; holds the names of its software rasterizers.
+    #[error("no GPU was found{}", software_note(.0))]
     NoGpu(Vec<String>),
-    /// No adapter has such a name.
-    #[error("no adapter is named like `{name}`; there {}", listed(.available))]
+    /// No adapter's name contains the requested text.
+    #[error("no adapter is named like `{name}`; there {}", list_names(.available))]
     NotFound {
-        /// What was asked for.
+        /// The requested name.
         name: String,
-        /// What there is.
+        /// The names of the available adapters.
         available: Vec<String>,
     },
-    /// It offers less than every WebGPU implementation must.
+    /// The adapter's limits are below WebGPU's guaranteed minimum.
     #[error("{adapter} offers less than WebGPU guarantees: {limit}")]
     Limits {
-        /// Its name.
+        /// The adapter's name.
         adapter: String,
-        /// What it lacks.
+        /// The limit that is too low, with its value and the required one.
         limit: String,
     },
-    /// The driver gave no device.
-    #[error("{adapter} gives no device: {reason}")]
+    /// The driver failed to create a device.
+    #[error("{adapter} could not create a device: {reason}")]
     Refused {
-        /// Its name.
+        /// The adapter's name.
         adapter: String,
-        /// What the driver said.
+        /// The driver's message.
         reason: String,
     },
 }
 
-fn software(names: &[String]) -> String {
+fn software_note(names: &[String]) -> String {
     match names {
         [] => String::new(),
-        _ => format!(" ({} is software: name it to use it)", names.join(", ")),
+        _ => format!(
+            " ({}: software rasterizer, used only if selected by name)",
+            names.join(", ")
+        ),
     }
 }
 
-fn listed(names: &[String]) -> String {
+fn list_names(names: &[String]) -> String {
     match names {
         [] => "are none".into(),
         _ => format!("are: {}", names.join(", ")),
     }
 }
 
-/// Whether a device is hardware that is not the processor itself.
-fn is_real(info: &AdapterInfo) -> bool {
+/// Whether an adapter is hardware other than the CPU.
+fn is_hardware(info: &AdapterInfo) -> bool {
     matches!(
         info.device_type,
         DeviceType::DiscreteGpu | DeviceType::IntegratedGpu | DeviceType::VirtualGpu
     )
 }
 
-/// The better, the lower.
+/// The sort key of an adapter; lower is better.
 fn preference(info: &AdapterInfo) -> u32 {
     match info.device_type {
         DeviceType::DiscreteGpu => 0,
@@ -88,12 +92,12 @@ fn preference(info: &AdapterInfo) -> u32 {
     }
 }
 
-/// All adapters of this machine, the best first; none where there is no driver.
+/// Returns all adapters of this machine, the best first; the list is empty without a driver.
 pub fn adapters() -> Vec<AdapterInfo> {
-    all().iter().map(Adapter::get_info).collect()
+    all_adapters().iter().map(Adapter::get_info).collect()
 }
 
-fn all() -> Vec<Adapter> {
+fn all_adapters() -> Vec<Adapter> {
     let instance = Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let backends = wgpu::Backends::PRIMARY;
     let mut adapters = pollster::block_on(instance.enumerate_adapters(backends));
@@ -101,21 +105,22 @@ fn all() -> Vec<Adapter> {
     adapters
 }
 
-/// To filter float grids, and to multiply into float targets.
-const FLOATS: wgpu::Features =
+/// The features for shading with grids: filtering float textures and blending into float
+/// targets.
+const SHADING_FEATURES: wgpu::Features =
     wgpu::Features::FLOAT32_FILTERABLE.union(wgpu::Features::FLOAT32_BLENDABLE);
 
 impl Context {
-    /// A device on an adapter of this machine, with the best limits that it offers.
+    /// Creates a device on an adapter of this machine, with the best limits that it offers.
     ///
     /// # Errors
     ///
-    /// No such adapter, or one that gives no device.
+    /// There is no such adapter, or it fails to create a device.
     pub fn new(choice: &Choice) -> Result<Self, ContextError> {
-        let adapters = all();
+        let adapters = all_adapters();
         let names = || adapters.iter().map(|a| a.get_info().name).collect();
         let chosen = match choice {
-            Choice::Real => adapters.iter().find(|a| is_real(&a.get_info())),
+            Choice::Real => adapters.iter().find(|a| is_hardware(&a.get_info())),
             Choice::Named(name) => {
                 let name = name.to_lowercase();
                 let matches = |a: &&Adapter| a.get_info().name.to_lowercase().contains(&name);
@@ -132,19 +137,19 @@ impl Context {
         }
     }
 
-    /// A device on this adapter, with the best limits that it offers.
+    /// Creates a device on this adapter, with the best limits that it offers.
     ///
     /// # Errors
     ///
-    /// The adapter offers less than WebGPU's defaults, or gives no device.
+    /// The adapter offers less than WebGPU's defaults, or fails to create a device.
     pub fn on(adapter: &Adapter) -> Result<Self, ContextError> {
         let name = adapter.get_info().name;
         let limits = adapter.limits();
         let mut lacking = None;
         wgpu::Limits::defaults().check_limits_with_fail_fn(&limits, false, |what, want, has| {
-            // Nothing is drawn, and nothing presented.
-            if is_used(what) {
-                lacking.get_or_insert_with(|| format!("{what} is {has} and not {want}"));
+            // Limits on drawing and presenting do not matter to a bake.
+            if is_relevant(what) {
+                lacking.get_or_insert_with(|| format!("{what} is {has}, {want} is required"));
             }
         });
         if let Some(limit) = lacking {
@@ -156,18 +161,19 @@ impl Context {
         Self::with_limits(adapter, limits)
     }
 
-    /// A device on this adapter with these limits, which may be as low as
+    /// Creates a device on this adapter with these limits, which may be as low as
     /// [`wgpu::Limits::defaults`].
     ///
     /// # Errors
     ///
-    /// The adapter does not offer them, or gives no device.
+    /// The adapter does not offer these limits, or fails to create a device.
     pub fn with_limits(adapter: &Adapter, limits: wgpu::Limits) -> Result<Self, ContextError> {
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("aogrid baker"),
             required_limits: limits,
-            // Nothing here needs them: shading with what was baked does, on the same device.
-            required_features: adapter.features() & FLOATS,
+            // The bake does not need these features; shading with the result on the same device
+            // does.
+            required_features: adapter.features() & SHADING_FEATURES,
             ..Default::default()
         };
         let device = pollster::block_on(adapter.request_device(&descriptor));
@@ -176,10 +182,10 @@ impl Context {
             reason: error.to_string(),
         })?;
         let lost = Arc::new(OnceLock::new());
-        let told = Arc::clone(&lost);
+        let reason_cell = Arc::clone(&lost);
         device.set_device_lost_callback(move |reason, message| {
-            // The first reason is the one that counts.
-            let _ = told.set(format!("{reason:?}: {message}"));
+            // Later reasons are only consequences of the first.
+            let _ = reason_cell.set(format!("{reason:?}: {message}"));
         });
         Ok(Self {
             info: adapter.get_info(),
@@ -189,8 +195,8 @@ impl Context {
         })
     }
 
-    /// Bakes with a device that the caller has made, and keeps: its callbacks are left alone,
-    /// so that its loss is noticed at the next answer that does not come.
+    /// Wraps a device that the caller has created and owns. Its device-lost callback is left
+    /// alone, so a loss is only noticed when the next call on the device fails.
     pub fn from_device(device: &Device, queue: &Queue) -> Self {
         Self {
             info: device.adapter_info(),
@@ -200,29 +206,29 @@ impl Context {
         }
     }
 
-    /// The device.
+    /// Returns the device.
     pub fn device(&self) -> &Device {
         &self.device
     }
 
-    /// Its queue.
+    /// Returns the device's queue.
     pub fn queue(&self) -> &Queue {
         &self.queue
     }
 
-    /// Name, driver and kind of the adapter.
+    /// Returns the name, driver and type of the adapter.
     pub fn adapter(&self) -> &AdapterInfo {
         &self.info
     }
 
-    /// Why the device is gone, if it is and has said so.
-    pub(crate) fn why_lost(&self) -> Option<&String> {
+    /// Returns the reason of the device's loss, if it is lost and has reported so.
+    pub(crate) fn lost_reason(&self) -> Option<&String> {
         self.lost.get()
     }
 }
 
-/// Whether a limit is one that the baker comes near.
-fn is_used(limit: &str) -> bool {
+/// Whether the baker depends on a limit.
+fn is_relevant(limit: &str) -> bool {
     ["compute", "storage_buffer", "uniform_buffer", "buffer_size"]
         .iter()
         .any(|part| limit.contains(part))

@@ -1,29 +1,32 @@
-//! Why a bake on the GPU gave nothing.
+//! The errors of a bake on the GPU.
 
 use aogrid_bake_core::{OptionsError, WhyRays};
 
-/// Whoever can bake on the CPU instead may do so after any of these
-/// but a wrong option and cancellation.
+/// An error of a bake on the GPU. After any of these except an invalid option and cancellation,
+/// the caller may bake on the CPU instead.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BakeError {
     /// An option out of its range.
     #[error(transparent)]
     Options(#[from] OptionsError),
-    /// The observer broke it off.
+    /// The observer cancelled the bake.
     #[error("the bake was cancelled")]
     Cancelled,
-    /// The sweep was asked for, and only rays can do it.
+    /// The direction sweep was requested for a bake that only ray casting supports.
     #[error("the sweep cannot bake this: {0}")]
     NoSweep(WhyRays),
-    /// One piece of data is larger than the device lets a shader see.
-    #[error("{what} take {bytes} bytes, and a shader of this GPU sees {limit}: bake on the CPU")]
+    /// A buffer would exceed the device's limit on storage buffer bindings.
+    #[error(
+        "{what} take {bytes} bytes, and this GPU binds at most {limit} bytes to a shader: bake on \
+         the CPU"
+    )]
     TooLarge {
-        /// What it is.
+        /// A plural noun phrase for the data.
         what: &'static str,
-        /// Its size.
+        /// The size of the data in bytes.
         bytes: u64,
-        /// The device's limit.
+        /// The device's limit in bytes.
         limit: u64,
     },
     /// The device has less memory than the bake needs.
@@ -32,10 +35,10 @@ pub enum BakeError {
     /// The device was reset, unplugged or destroyed.
     #[error("the GPU was lost: {0}")]
     Lost(String),
-    /// A dispatch that should take milliseconds did not end.
-    #[error("the GPU did not answer for {0} seconds")]
+    /// A submission that should take milliseconds did not finish; holds the seconds waited.
+    #[error("the GPU did not respond for {0} seconds")]
     Hung(u64),
-    /// The driver refused what should be valid.
-    #[error("the GPU refused: {0}")]
+    /// The driver rejected a call that should be valid.
+    #[error("the GPU rejected a call: {0}")]
     Refused(String),
 }

@@ -1,4 +1,4 @@
-//! A compute pipeline and what it is bound to.
+//! A compute pipeline and its bind groups.
 
 use std::num::NonZeroU64;
 
@@ -6,7 +6,7 @@ use wgpu::{BindGroup, BindGroupLayout, Buffer, ComputePipeline, Device};
 
 use crate::shaders::Shader;
 
-/// What a binding after the chunk is, in the order of their numbers.
+/// The kind of a binding. Bindings after the chunk are listed in the order of their numbers.
 #[derive(Clone, Copy)]
 pub(crate) enum Binding {
     Uniform,
@@ -20,10 +20,10 @@ pub(crate) struct Kernel {
     layout: BindGroupLayout,
 }
 
-/// Bytes of a `Chunk` in its buffer: what WebGPU aligns dynamic offsets to.
+/// The stride in bytes of `Chunk`s in their buffer: WebGPU's alignment of dynamic offsets.
 pub(crate) const CHUNK_STRIDE: u64 = 256;
 
-/// Bytes that a shader sees of it.
+/// The bytes of a `Chunk` that are bound to a shader.
 const CHUNK_SIZE: u64 = 16;
 
 impl Kernel {
@@ -54,7 +54,7 @@ impl Kernel {
         Self { pipeline, layout }
     }
 
-    /// The buffers in the order of the bindings.
+    /// Binds the chunks and these buffers, in the order of the bindings.
     pub(crate) fn bind(&self, device: &Device, chunks: &Buffer, buffers: &[&Buffer]) -> BindGroup {
         let chunk = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
             buffer: chunks,

@@ -1,8 +1,9 @@
-//! Mirror structures against what naga lays out.
+//! Compares the layout of mirror structs with naga's.
 
 use crate::Shader;
 
-/// Asserts that the WGSL structure `name` has this size, and these members, all, in their order.
+/// Asserts that the WGSL struct `name` has this size and exactly these members, in this order and
+/// at these offsets.
 pub(crate) fn assert_layout(shader: &Shader, name: &str, size: usize, expected: &[(&str, usize)]) {
     let module = naga::front::wgsl::parse_str(&shader.source).expect("it is valid");
     let found = module.types.iter().find_map(|(_, t)| match &t.inner {

@@ -18,23 +18,26 @@
 //!
 //! RR-5779, 6.1 renders six faces of 16×16 pixels around each cell on the GPU, one cell after
 //! the other, and reads them back or reduces them there, with directions or without. Compute
-//! shaders need not draw. The *direction sweep* finds what lies ahead of whole rows of cells,
-//! one direction at a time, and costs far less than its triangles are many; rays over a tree
-//! take what it cannot: a maximum distance, random directions, huge soups. Both reduce on the
-//! GPU, to integers that no order changes; read back are five numbers a cell. A kernel that
-//! asks every triangle about every texel says what all of them compute.
+//! shaders need not draw. The *direction sweep* finds the layers of surface ahead of whole rows
+//! of cells, one direction at a time; its cost grows more slowly than the number of triangles.
+//! Ray casting over a BVH handles what the sweep cannot: a maximum distance, Monte Carlo
+//! directions, and very large meshes of unconnected triangles. Both reduce on the GPU to integer
+//! sums, which do not depend on the order of summation; five numbers per cell are read back. A
+//! brute-force kernel that tests every triangle for every texel serves as the reference.
 //!
 //! # Practice
 //!
 //! A [`Context`] holds a device: the caller's own ([`Context::from_device`]) or one on an
-//! adapter that it chooses. A [`Baker`] kept warm bakes again and again and says which kernel
-//! it uses; below it are a [`Sweeper`] and a [`Caster`], which also give the faces' bits. All
-//! run within WebGPU's default limits and use larger buffers where the device has them.
+//! adapter that it selects. A [`Baker`] keeps its pipelines and buffers between bakes and
+//! reports which algorithm it uses; below it are a [`Sweeper`] and a [`Caster`], which also
+//! return the bits of the cube faces. All of them run within WebGPU's default limits and use
+//! larger buffers where the device has them.
 //!
-//! Work is cut into submissions of some hundredths of a second, by measurement, so that no
-//! driver's watchdog fires; between them the observer is told and may cancel. Whatever the
-//! device does ([`BakeError`]), a bake returns. WGSL lies beside what dispatches it; its
-//! constants come from Rust, and [`shaders()`] lists the sources in full.
+//! Work is split into submissions of a few hundredths of a second, sized from measured times, so
+//! that no driver's watchdog fires; between submissions the observer is called and may cancel.
+//! A bake returns whatever the device does ([`BakeError`]). The WGSL files lie beside the Rust
+//! that dispatches them; their constants are generated from Rust, and [`shaders()`] lists the
+//! complete sources.
 
 mod baker;
 mod context;

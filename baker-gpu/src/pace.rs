@@ -1,47 +1,50 @@
-//! How much work a submission may hold.
+//! The amount of work per submission.
 //!
-//! Operating systems reset a GPU that is busy for about two seconds, and a screen that it also
-//! drives stutters long before. How fast a device is nobody knows beforehand, so a bake starts
-//! with little and measures.
+//! Operating systems reset a GPU that is busy for about two seconds, and a display that it also
+//! drives stutters long before. Device speed is unknown, so the first submissions are small and
+//! later ones are sized from measured times.
 
 use std::time::Duration;
 
-/// How long a submission should take.
+/// The time that a submission should take.
 const TARGET: Duration = Duration::from_millis(40);
 
-/// Shorter than this says more about the way to the device than about the device.
-const MEASURABLE: Duration = Duration::from_millis(4);
+/// The shortest time that measures the device; below it, submission overhead dominates.
+const MIN_MEASURABLE: Duration = Duration::from_millis(4);
 
-/// The first submission, in units: little even for a slow device.
-const START: f64 = 2e6;
+/// The budget of the first submission in work units: small even for a slow device.
+const INITIAL_BUDGET: f64 = 2e6;
 
-/// How much faster at most a device is believed to be than at the last submission.
-const MOST_GROWTH: f64 = 4.0;
+/// The largest factor by which the budget grows from one submission to the next.
+const MAX_GROWTH: f64 = 4.0;
 
-/// Work in units of an invocation's short loop, about: kernels estimate their own.
-pub(crate) struct Pace {
-    /// Units a submission.
+/// Sizes submissions from measured times. Work is measured in units of roughly one iteration of
+/// an invocation's short loop; each kernel estimates its own.
+pub(crate) struct SubmissionPacer {
+    /// Work units per submission.
     budget: f64,
 }
 
-impl Default for Pace {
+impl Default for SubmissionPacer {
     fn default() -> Self {
-        Self { budget: START }
+        Self {
+            budget: INITIAL_BUDGET,
+        }
     }
 }
 
-impl Pace {
+impl SubmissionPacer {
     pub(crate) fn budget(&self) -> f64 {
         self.budget
     }
 
-    /// Learns from a submission of so many units.
-    pub(crate) fn learn(&mut self, units: f64, took: Duration) {
-        let per_target = units * TARGET.as_secs_f64() / took.max(MEASURABLE).as_secs_f64();
-        // What was small and quick says nothing about how slow the device could be.
-        let slower = took > TARGET;
-        if slower || per_target > self.budget {
-            self.budget = per_target.clamp(START / 64.0, MOST_GROWTH * self.budget);
+    /// Adapts the budget to the measured time of a submission of this many work units.
+    pub(crate) fn record(&mut self, units: f64, elapsed: Duration) {
+        let per_target = units * TARGET.as_secs_f64() / elapsed.max(MIN_MEASURABLE).as_secs_f64();
+        // A short submission is no evidence that the device is slow: it may just be small.
+        let too_slow = elapsed > TARGET;
+        if too_slow || per_target > self.budget {
+            self.budget = per_target.clamp(INITIAL_BUDGET / 64.0, MAX_GROWTH * self.budget);
         }
     }
 }
@@ -52,29 +55,32 @@ mod tests {
 
     #[test]
     fn submissions_approach_the_target_from_below() {
-        // Units a second of a slow device, a fast one, and one that is busy elsewhere.
+        // Work units per second of a slow, a fast and a very fast device.
         for speed in [1e5, 1e8, 1e11] {
-            let mut pace = Pace::default();
+            let mut pacer = SubmissionPacer::default();
             for _ in 0..20 {
-                let units = pace.budget();
-                pace.learn(units, Duration::from_secs_f64(units / speed));
+                let units = pacer.budget();
+                pacer.record(units, Duration::from_secs_f64(units / speed));
             }
-            let took = pace.budget() / speed;
-            let least = START / 64.0 / speed;
+            let elapsed = pacer.budget() / speed;
+            let shortest = INITIAL_BUDGET / 64.0 / speed;
             assert!(
-                took <= (1.01 * TARGET.as_secs_f64()).max(least),
-                "{speed}: {took}"
+                elapsed <= (1.01 * TARGET.as_secs_f64()).max(shortest),
+                "{speed}: {elapsed}"
             );
-            assert!(took >= 0.9 * MEASURABLE.as_secs_f64(), "{speed}: {took}");
+            assert!(
+                elapsed >= 0.9 * MIN_MEASURABLE.as_secs_f64(),
+                "{speed}: {elapsed}"
+            );
         }
     }
 
     #[test]
-    fn small_submissions_do_not_slow_it_down() {
-        let mut pace = Pace::default();
+    fn small_submissions_do_not_lower_the_budget() {
+        let mut pacer = SubmissionPacer::default();
         for _ in 0..10 {
-            pace.learn(10.0, Duration::from_millis(5));
+            pacer.record(10.0, Duration::from_millis(5));
         }
-        assert_eq!(pace.budget(), START);
+        assert_eq!(pacer.budget(), INITIAL_BUDGET);
     }
 }

@@ -1,31 +1,31 @@
-//! The shaders as a device compiles them: WGSL after its constants, which come from here.
+//! The complete shader sources: WGSL preceded by constants that are generated here.
 
 use std::fmt::Write;
 
 use crate::{rays, sweep};
 
-/// A shader module in full.
+/// The complete source of a shader module.
 #[derive(Clone, Debug)]
 pub struct Shader {
-    /// What it is called in labels and reports.
+    /// The name in labels and reports.
     pub name: &'static str,
-    /// WGSL, constants included.
+    /// The WGSL, constants included.
     pub source: String,
-    /// Its compute entry point.
+    /// The compute entry point.
     pub entry_point: &'static str,
 }
 
-/// Invocations of a workgroup, everywhere: two waves of 32 or one of 64.
+/// Invocations per workgroup in all kernels: two waves of 32 or one of 64.
 pub(crate) const WORKGROUP: u32 = 64;
 
-/// Every shader of this crate, in every variant that a bake may use.
+/// Returns every shader of this crate, in every variant that a bake may use.
 pub fn shaders() -> Vec<Shader> {
     let mut all = sweep::shaders();
     all.extend(rays::shaders());
     all
 }
 
-/// Constants for WGSL, by name.
+/// A builder of WGSL constant declarations.
 #[derive(Clone, Default)]
 pub(crate) struct Constants(String);
 
@@ -45,7 +45,7 @@ impl Constants {
         self
     }
 
-    /// The constants, and then the parts of a shader.
+    /// Returns the constants followed by the parts of a shader.
     pub(crate) fn before(&self, parts: &[&str]) -> String {
         format!("{}\n{}", self.0, parts.join("\n"))
     }
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_shader_is_valid_and_every_file_is_in_one() {
+    fn every_shader_is_valid_and_every_wgsl_file_is_used() {
         let all = shaders();
         for shader in &all {
             let module = naga::front::wgsl::parse_str(&shader.source).unwrap_or_else(|e| {

@@ -1,15 +1,15 @@
-//! Buffers that are kept from bake to bake.
+//! A pool of buffers that are kept between bakes.
 
 use std::collections::HashMap;
 
 use wgpu::{Buffer, BufferUsages, Device};
 
-/// Buffers by name. A new one is all zeros.
+/// Storage buffers by name. A new buffer is zero-initialized.
 #[derive(Default)]
-pub(crate) struct Store(HashMap<&'static str, Buffer>);
+pub(crate) struct BufferPool(HashMap<&'static str, Buffer>);
 
-impl Store {
-    /// A storage buffer of at least these bytes.
+impl BufferPool {
+    /// Returns the storage buffer of this name with at least this many bytes.
     pub(crate) fn storage(&mut self, device: &Device, name: &'static str, bytes: u64) -> Buffer {
         if let Some(buffer) = self.0.get(name).filter(|buffer| buffer.size() >= bytes) {
             return buffer.clone();

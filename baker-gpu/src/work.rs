@@ -1,4 +1,5 @@
-//! Dispatches in submissions that are short enough, watched, with every error caught.
+//! Dispatches kernels in short submissions, with progress reports, cancellation and error
+//! handling.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc;
@@ -7,51 +8,56 @@ use std::time::{Duration, Instant};
 use aogrid_bake_core::{Observer, Progress};
 use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, ErrorFilter, ErrorScopeGuard};
 
-use crate::kernel::{CHUNK_STRIDE, Kernel as Pipeline};
-use crate::pace::Pace;
+use crate::kernel::{CHUNK_STRIDE, Kernel};
+use crate::pace::SubmissionPacer;
 use crate::{BakeError, Context};
 
-/// Dispatches a submission, at most.
-const MOST_DISPATCHES: usize = 256;
+/// The largest number of dispatches in a submission.
+const MAX_DISPATCHES: usize = 256;
 
 /// WebGPU's limit on workgroups along an axis of a dispatch.
-const MOST_WORKGROUPS: u32 = 65_535;
+const MAX_WORKGROUPS: u32 = 65_535;
 
-/// A submission of [`Pace`]'s length that so many waits see no end of never ends. Not one long
-/// wait: time also passes while this process is stopped, and then the first is over at once.
-const WAITS: u32 = 12;
+/// The number of waits after which a submission of [`SubmissionPacer`]'s length counts as hung. There are
+/// several short waits instead of a long one because time also passes while this process is
+/// suspended; a wait that is running then ends at once.
+const MAX_WAITS: u32 = 12;
+
+/// The length of one wait.
 const WAIT: Duration = Duration::from_secs(5);
 
-/// What a device is asked to do in one bake.
-pub(crate) struct Work<'a> {
+/// Records and submits the dispatches of one bake.
+pub(crate) struct Submitter<'a> {
     context: &'a Context,
-    pace: &'a mut Pace,
+    pacer: &'a mut SubmissionPacer,
     observer: Observer<'a>,
     progress: Progress,
     scopes: Option<[ErrorScopeGuard; 3]>,
     encoder: Option<CommandEncoder>,
-    /// First workgroups of the pending dispatches, in their buffer's slots.
+    /// The uniform buffer with a `Chunk` for each pending dispatch, `CHUNK_STRIDE` bytes apart.
     chunks: Buffer,
+    /// The first workgroup of each pending dispatch.
     firsts: Vec<u32>,
-    /// Of the pending dispatches.
+    /// The work units of the pending dispatches.
     units: f64,
 }
 
-/// Workgroups to dispatch: as many along x as `n`, cut to measure; y and z as they are.
+/// The workgroups to dispatch: `n` along x, which may be split into several dispatches, and `y`
+/// and `z` as they are.
 #[derive(Clone, Copy)]
 pub(crate) struct Extent {
     pub n: u32,
     pub y: u32,
     pub z: u32,
-    /// Of one workgroup along x with all of its y and z, see [`Pace`].
+    /// The work units of one workgroup along x with all of its y and z, see [`SubmissionPacer`].
     pub units: f64,
 }
 
-impl<'a> Work<'a> {
-    /// `cells` is what progress counts up to.
+impl<'a> Submitter<'a> {
+    /// Starts a bake. `cells` is the total that progress counts up to.
     pub(crate) fn new(
         context: &'a Context,
-        pace: &'a mut Pace,
+        pacer: &'a mut SubmissionPacer,
         observer: Observer<'a>,
         cells: usize,
     ) -> Self {
@@ -59,12 +65,12 @@ impl<'a> Work<'a> {
         Self {
             chunks: context.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("chunks"),
-                size: CHUNK_STRIDE * MOST_DISPATCHES as u64,
+                size: CHUNK_STRIDE * MAX_DISPATCHES as u64,
                 usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             }),
             context,
-            pace,
+            pacer,
             observer,
             progress: Progress {
                 done: 0,
@@ -81,11 +87,11 @@ impl<'a> Work<'a> {
         self.context
     }
 
-    pub(crate) fn bind(&self, kernel: &Pipeline, buffers: &[&Buffer]) -> BindGroup {
+    pub(crate) fn bind(&self, kernel: &Kernel, buffers: &[&Buffer]) -> BindGroup {
         kernel.bind(&self.context.device, &self.chunks, buffers)
     }
 
-    /// A buffer of these bytes that only this bake needs.
+    /// Creates a buffer with these bytes that lives as long as this bake.
     pub(crate) fn upload(&self, label: &str, usage: BufferUsages, bytes: &[u8]) -> Buffer {
         let buffer = self.context.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
@@ -99,27 +105,30 @@ impl<'a> Work<'a> {
         buffer
     }
 
-    /// What the observer will hear of at the next submission's end.
+    /// Sets the number of finished cells that the observer sees after the next submission.
     pub(crate) fn set_done(&mut self, cells: usize) {
         self.progress.done = cells.min(self.progress.total);
     }
 
-    /// Runs a kernel over workgroups, in as many submissions as that takes.
+    /// Runs a kernel over workgroups, in as many submissions as the pacer asks for.
     pub(crate) fn dispatch(
         &mut self,
-        kernel: &Pipeline,
+        kernel: &Kernel,
         bindings: &BindGroup,
         extent: Extent,
     ) -> Result<(), BakeError> {
         let mut first = 0;
         while first < extent.n {
-            let room = (self.pace.budget() - self.units) / extent.units.max(1.0);
-            if self.firsts.len() == MOST_DISPATCHES || (room < 1.0 && !self.firsts.is_empty()) {
+            // Workgroups that still fit the budget of the pending submission.
+            let affordable = (self.pacer.budget() - self.units) / extent.units.max(1.0);
+            if self.firsts.len() == MAX_DISPATCHES || (affordable < 1.0 && !self.firsts.is_empty())
+            {
                 self.flush()?;
                 continue;
             }
-            let rest = (extent.n - first).min(MOST_WORKGROUPS);
-            let n = (room.max(1.0) as u32).min(rest);
+            let rest = (extent.n - first).min(MAX_WORKGROUPS);
+            // A single workgroup is dispatched even if it exceeds the budget.
+            let n = (affordable.max(1.0) as u32).min(rest);
             self.encode(kernel, bindings, first, [n, extent.y, extent.z]);
             self.units += f64::from(n) * extent.units;
             first += n;
@@ -127,7 +136,7 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    fn encode(&mut self, kernel: &Pipeline, bindings: &BindGroup, first: u32, n: [u32; 3]) {
+    fn encode(&mut self, kernel: &Kernel, bindings: &BindGroup, first: u32, n: [u32; 3]) {
         let slot = self.firsts.len() as u32;
         self.firsts.push(first);
         let mut pass = self.encoder().begin_compute_pass(&Default::default());
@@ -142,7 +151,7 @@ impl<'a> Work<'a> {
         self.encoder.get_or_insert_with(create)
     }
 
-    /// Submits what is pending, waits for it, and tells the observer.
+    /// Submits the pending commands, waits for them, and calls the observer.
     pub(crate) fn flush(&mut self) -> Result<(), BakeError> {
         if let Some(encoder) = self.encoder.take() {
             let mut slots = vec![0_u8; self.firsts.len() * CHUNK_STRIDE as usize];
@@ -156,7 +165,7 @@ impl<'a> Work<'a> {
             let submission = self.context.queue.submit([encoder.finish()]);
             wait(self.context, submission)?;
             if self.units > 0.0 {
-                self.pace.learn(self.units, start.elapsed());
+                self.pacer.record(self.units, start.elapsed());
             }
             self.units = 0.0;
             self.firsts.clear();
@@ -168,7 +177,8 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Copies buffers back, after everything pending; one for each of `buffers`.
+    /// Reads buffers back after all pending commands: returns the given number of bytes of each
+    /// of `buffers`.
     pub(crate) fn read(&mut self, buffers: &[(&Buffer, u64)]) -> Result<Vec<Vec<u8>>, BakeError> {
         let device = &self.context.device;
         let staging: Vec<_> = buffers
@@ -190,7 +200,7 @@ impl<'a> Work<'a> {
         for buffer in &staging {
             let done = done.clone();
             buffer.map_async(wgpu::MapMode::Read, .., move |result| {
-                // Nobody waits any more if the bake has failed.
+                // The receiver is gone if the bake has failed.
                 let _ = done.send(result.is_ok());
             });
         }
@@ -205,30 +215,30 @@ impl<'a> Work<'a> {
         staging.iter().map(bytes).collect()
     }
 
-    /// What went wrong so far.
+    /// Returns the first error of the calls so far.
     pub(crate) fn check(&mut self) -> Result<(), BakeError> {
-        if let Some(reason) = self.context.why_lost() {
+        if let Some(reason) = self.context.lost_reason() {
             return Err(BakeError::Lost(reason.clone()));
         }
-        let found = pop_scopes(self.scopes.take());
+        let result = pop_scopes(self.scopes.take());
         self.scopes = Some(push_scopes(self.context));
-        match found {
-            // On a device that is gone everything is invalid.
+        match result {
+            // On a lost device every call fails validation.
             Err(BakeError::Refused(_)) if is_lost(self.context) => Err(lost(self.context)),
-            found => found,
+            result => result,
         }
     }
 }
 
-impl Drop for Work<'_> {
+impl Drop for Submitter<'_> {
     fn drop(&mut self) {
-        // Scopes are a stack: they go in the reverse order of their coming, and what they hold
-        // has been told or does not matter any more.
+        // Scopes are a stack and must be popped in reverse order. Errors still in them have been
+        // reported or no longer matter.
         let _ = pop_scopes(self.scopes.take());
     }
 }
 
-/// Errors of the calls from here on, instead of a panic of the process.
+/// Captures errors of the following calls, which would otherwise panic.
 fn push_scopes(context: &Context) -> [ErrorScopeGuard; 3] {
     [
         ErrorFilter::Internal,
@@ -240,11 +250,11 @@ fn push_scopes(context: &Context) -> [ErrorScopeGuard; 3] {
 
 fn pop_scopes(scopes: Option<[ErrorScopeGuard; 3]>) -> Result<(), BakeError> {
     let mut result = Ok(());
-    // The last pushed is the first popped; memory comes first also as a reason, because calls
-    // that follow on what there was no memory for are not valid.
+    // The scope pushed last is popped first. Out of memory is thus reported before validation
+    // errors, which follow from using a buffer that could not be allocated.
     for scope in scopes.into_iter().flatten().rev() {
-        let found = pollster::block_on(scope.pop());
-        if let (Some(error), Ok(())) = (found, &result) {
+        let error = pollster::block_on(scope.pop());
+        if let (Some(error), Ok(())) = (error, &result) {
             result = Err(match error {
                 wgpu::Error::OutOfMemory { .. } => BakeError::OutOfMemory,
                 other => BakeError::Refused(one_line(&other.to_string())),
@@ -260,12 +270,12 @@ fn one_line(text: &str) -> String {
 
 fn wait(context: &Context, submission: wgpu::SubmissionIndex) -> Result<(), BakeError> {
     let mut result = Ok(());
-    for _ in 0..WAITS {
-        let how = wgpu::PollType::Wait {
+    for _ in 0..MAX_WAITS {
+        let poll_type = wgpu::PollType::Wait {
             submission_index: Some(submission.clone()),
             timeout: Some(WAIT),
         };
-        result = poll(context, how);
+        result = poll(context, poll_type);
         if !matches!(result, Err(BakeError::Hung(_))) {
             break;
         }
@@ -273,26 +283,27 @@ fn wait(context: &Context, submission: wgpu::SubmissionIndex) -> Result<(), Bake
     result
 }
 
-fn poll(context: &Context, how: wgpu::PollType) -> Result<(), BakeError> {
-    // wgpu panics where a driver says that the device is lost while it is waited for.
-    let polled = catch_unwind(AssertUnwindSafe(|| context.device.poll(how)));
+fn poll(context: &Context, poll_type: wgpu::PollType) -> Result<(), BakeError> {
+    // wgpu panics if the driver reports a lost device during a wait.
+    let polled = catch_unwind(AssertUnwindSafe(|| context.device.poll(poll_type)));
     match polled {
         Ok(Ok(_)) => Ok(()),
         Ok(Err(wgpu::PollError::Timeout)) => {
-            Err(BakeError::Hung(u64::from(WAITS) * WAIT.as_secs()))
+            Err(BakeError::Hung(u64::from(MAX_WAITS) * WAIT.as_secs()))
         }
         Ok(Err(_)) | Err(_) => Err(lost(context)),
     }
 }
 
 fn lost(context: &Context) -> BakeError {
-    BakeError::Lost(match context.why_lost() {
+    BakeError::Lost(match context.lost_reason() {
         Some(reason) => reason.clone(),
-        None => "it stopped answering".into(),
+        None => "it stopped responding".into(),
     })
 }
 
-/// Asks for a buffer and to see it, which every device that is there grants.
+/// Whether the device is lost: probed by creating and mapping a small buffer, which a working
+/// device always can.
 fn is_lost(context: &Context) -> bool {
     let scopes = push_scopes(context);
     let buffer = context.device.create_buffer(&wgpu::BufferDescriptor {

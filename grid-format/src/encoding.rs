@@ -1,8 +1,8 @@
-//! What a texel means, and how its numbers become bytes.
+//! The meaning of a texel's channels, and their conversion to bytes.
 
 use half::f16;
 
-/// Which facts of a cell a texture holds.
+/// The values of a cell that a texture holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
     /// R = a, the occluded fraction of the sphere (RR-5779 eq. 5).
@@ -15,7 +15,7 @@ impl Encoding {
     /// Every encoding.
     pub const ALL: [Self; 2] = [Self::Occlusion, Self::Cone];
 
-    /// The name in files and on command lines.
+    /// Returns the name in files and on command lines.
     pub fn name(self) -> &'static str {
         match self {
             Self::Occlusion => "occlusion",
@@ -23,7 +23,7 @@ impl Encoding {
         }
     }
 
-    /// Values per texel.
+    /// Returns the number of channels per texel.
     pub fn channels(self) -> usize {
         match self {
             Self::Occlusion => 1,
@@ -32,9 +32,9 @@ impl Encoding {
     }
 }
 
-/// How one value is stored.
+/// The storage format of a channel.
 ///
-/// Largest error of a stored value, against the f32 it came from ([`TexelFormat::max_error`]):
+/// Largest error of a stored value relative to the original f32 ([`TexelFormat::max_error`]):
 ///
 /// | format | occlusion a, 0..1 | each component of d, −1..1 | axis |
 /// |---|---|---|---|
@@ -43,12 +43,12 @@ impl Encoding {
 /// | `F32` | 0 | 0 | 0° |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TexelFormat {
-    /// 8-bit unsigned normalised. a is `byte / 255`; d is `byte/255 · 255/127 − 128/127`, which
+    /// 8-bit unsigned normalized. a is `byte / 255`; d is `byte/255 · 255/127 − 128/127`, which
     /// is exactly zero at byte 128.
     Unorm8,
-    /// IEEE 754 half.
+    /// IEEE 754 half precision.
     F16,
-    /// IEEE 754 single.
+    /// IEEE 754 single precision.
     F32,
 }
 
@@ -56,7 +56,7 @@ impl TexelFormat {
     /// Every format, smallest first.
     pub const ALL: [Self; 3] = [Self::Unorm8, Self::F16, Self::F32];
 
-    /// The name on command lines.
+    /// Returns the name on command lines.
     pub fn name(self) -> &'static str {
         match self {
             Self::Unorm8 => "unorm8",
@@ -65,7 +65,7 @@ impl TexelFormat {
         }
     }
 
-    /// Bytes per channel.
+    /// Returns the number of bytes per channel.
     pub fn channel_bytes(self) -> usize {
         match self {
             Self::Unorm8 => 1,
@@ -74,9 +74,9 @@ impl TexelFormat {
         }
     }
 
-    /// The largest difference between a value and what is read back: `[of a, of a component
-    /// of d]`. Derivation: half a step of 1/255 and of 1/127; half a unit in the last place
-    /// of a half in [½, 1], 2⁻¹¹.
+    /// Returns the largest absolute error of a stored value: `[for a, for a component of d]`.
+    /// Derivation: unorm8 rounds to half a step of 1/255 or 1/127; f16 to half a unit in the last
+    /// place, which is 2⁻¹¹ in [½, 1].
     pub fn max_error(self) -> [f32; 2] {
         match self {
             Self::Unorm8 => [0.5 / 255.0, 0.5 / 127.0],
@@ -107,7 +107,7 @@ impl TexelFormat {
         }
     }
 
-    /// The fraction stored in `bytes`, [`TexelFormat::channel_bytes`] long.
+    /// Decodes the fraction stored in `bytes`, [`TexelFormat::channel_bytes`] long.
     pub(crate) fn fraction(self, bytes: &[u8]) -> f32 {
         match self {
             Self::Unorm8 => f32::from(bytes[0]) / 255.0,
@@ -115,7 +115,7 @@ impl TexelFormat {
         }
     }
 
-    /// The component of d stored in `bytes`, [`TexelFormat::channel_bytes`] long.
+    /// Decodes the component of d stored in `bytes`, [`TexelFormat::channel_bytes`] long.
     pub(crate) fn component(self, bytes: &[u8]) -> f32 {
         match self {
             Self::Unorm8 => (f32::from(bytes[0]) - 128.0) / 127.0,
@@ -140,7 +140,7 @@ mod tests {
     const F32_ROUNDING: f32 = 4.0 * f32::EPSILON;
 
     #[test]
-    fn errors_stay_within_what_is_documented_and_reach_it() {
+    fn the_documented_error_bounds_are_tight() {
         for format in TexelFormat::ALL {
             let [mut worst_a, mut worst_d] = [0.0_f32; 2];
             for step in 0..=100_000 {
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn zero_and_the_ends_are_exact_in_every_format() {
+    fn zero_and_plus_minus_one_are_exact_in_every_format() {
         for format in TexelFormat::ALL {
             for v in [-1.0, 0.0, 1.0] {
                 let mut bytes = Vec::new();
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn the_axis_turns_by_no_more_than_documented() {
+    fn the_documented_angular_error_of_the_axis_is_tight() {
         for (format, degrees) in [(TexelFormat::Unorm8, 0.39), (TexelFormat::F16, 0.024)] {
             let mut worst = 0.0_f64;
             for step in 0..20_000 {

@@ -1,40 +1,40 @@
-//! What can be wrong with a grid, on the way in and on the way out.
+//! The errors of creating, encoding and reading a grid.
 
 use crate::layout::PROFILE_MAJOR;
 use crate::{MAX_CELLS, MAX_RESOLUTION, MIN_RESOLUTION};
 
-/// Why numbers do not describe a grid.
+/// The reason that a resolution and a box do not describe a grid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SpecError {
     /// Too few or too many cells along one axis.
-    #[error("resolution {0} is outside {MIN_RESOLUTION}..={MAX_RESOLUTION} cells an axis")]
+    #[error("resolution {0} is outside {MIN_RESOLUTION}..={MAX_RESOLUTION} cells per axis")]
     Resolution(u32),
     /// Too many cells in all.
-    #[error("{} × {} × {} cells are more than the {MAX_CELLS} a grid may have", .0[0], .0[1], .0[2])]
+    #[error("{} × {} × {} cells exceed the maximum of {MAX_CELLS} per grid", .0[0], .0[1], .0[2])]
     TooManyCells([u32; 3]),
-    /// The box reaches beyond what a float holds.
+    /// The box reaches beyond the range of a single-precision float.
     #[error("the box is not finite along {0}")]
     NotFinite(&'static str),
     /// The box has no size along an axis.
-    #[error("half-extent {1} along {0} is not above zero")]
+    #[error("half-extent {1} along {0} must be greater than zero")]
     HalfExtent(&'static str, f32),
 }
 
-/// Why cells could not be encoded.
+/// The reason that cells could not be encoded.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EncodeError {
-    /// Not one cell for each of the spec's.
-    #[error("{found} cells were given for a grid of {expected}")]
+    /// The number of cells is not that of the spec.
+    #[error("{found} cells were given for a grid of {expected} cells")]
     CellCount {
-        /// How many the spec has.
+        /// Number of cells of the spec.
         expected: usize,
-        /// How many came.
+        /// Number of cells given.
         found: usize,
     },
-    /// A value outside its range, or not a number.
-    #[error("cell {cell:?} holds {value:?}, not an occlusion in 0..=1 and an axis in -1..=1")]
+    /// A value is outside its range, or not a number.
+    #[error("cell {cell:?} holds {value:?}: the axis must be in -1..=1 and the occlusion in 0..=1")]
     Value {
         /// The cell (i, j, k).
         cell: [u32; 3],
@@ -43,64 +43,65 @@ pub enum EncodeError {
     },
 }
 
-/// Why bytes are not a grid file of this profile.
+/// The reason that bytes are not a grid file of this profile.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
     /// The first 12 bytes are not those of KTX2.
-    #[error("not a KTX2 file: the first 12 bytes are not its identifier")]
+    #[error("not a KTX2 file: the first 12 bytes are not the KTX2 identifier")]
     NotKtx2,
-    /// The file ends before something that it announces.
+    /// The file ends before the end of a part that it declares.
     #[error("the file ends at byte {len}, before the end of {what} at byte {end}")]
     Truncated {
-        /// The part that is cut.
+        /// The truncated part.
         what: &'static str,
-        /// Where that part should end.
+        /// Offset at which that part should end.
         end: u64,
         /// The file's length.
         len: u64,
     },
-    /// Bytes after the last part.
+    /// Bytes follow the last part.
     #[error("{0} bytes follow the end of the texture")]
     TrailingBytes(u64),
-    /// A part is not where KTX2 puts it.
+    /// A part does not start at the offset that KTX2 requires.
     #[error("{what} should start at byte {expected}, not {found}")]
     Misplaced {
         /// The part.
         what: &'static str,
-        /// Where KTX2 puts it.
+        /// Offset that KTX2 requires.
         expected: u64,
-        /// Where the file puts it.
+        /// Offset that the file gives.
         found: u64,
     },
-    /// KTX2, but not a plain 3D texture of one level in one of the profile's formats.
+    /// The file is KTX2, but not a plain 3D texture of one level in a format of the profile.
     #[error("a KTX2 file, but not an ambient-occlusion grid: {0}")]
     NotAGrid(String),
     /// The texture's size and the bytes of its level disagree.
-    #[error("the level holds {found} bytes where its size and format ask for {expected}")]
+    #[error("the level holds {found} bytes, but its size and format require {expected}")]
     LevelLength {
-        /// What the size and format ask for.
+        /// Number of bytes that the size and format require.
         expected: u64,
-        /// What the file says.
+        /// Number of bytes that the file gives.
         found: u64,
     },
     /// The key/value section is not well formed.
     #[error("the key/value data is malformed: {0}")]
     KeyValue(&'static str),
-    /// No metadata under the profile's key.
+    /// There is no metadata under the profile's key.
     #[error(
         "a 3D texture without `aogrid` metadata: not baked by aogrid, or stripped by another tool"
     )]
     NoMetadata,
-    /// The metadata is not the JSON it should be.
-    #[error("the `aogrid` metadata is not readable")]
+    /// The metadata is not valid JSON of the profile.
+    #[error("the `aogrid` metadata cannot be parsed")]
     Metadata(#[source] serde_json::Error),
-    /// A profile that is newer than this reader.
+    /// The profile is newer than this reader.
     #[error(
-        "grid profile version {0} is newer than {PROFILE_MAJOR}, the newest this reader knows: update aogrid"
+        "grid profile version {0} is newer than {PROFILE_MAJOR}, the newest that this reader \
+         supports: update aogrid"
     )]
     NewerVersion(u32),
-    /// An encoding that is newer than this reader, or misspelt.
+    /// The encoding is newer than this reader, or misspelled.
     #[error("encoding `{0}` is unknown to this reader: update aogrid")]
     UnknownEncoding(String),
     /// The encoding and the texture format have different channel counts.
@@ -108,18 +109,21 @@ pub enum ReadError {
     Channels {
         /// The encoding's name.
         encoding: &'static str,
-        /// How many channels it has.
+        /// Number of channels of the encoding.
         expected: usize,
-        /// How many the texture has.
+        /// Number of channels of the texture.
         found: usize,
     },
-    /// The metadata's box is none.
-    #[error("the grid's box is impossible")]
+    /// The metadata's box is invalid.
+    #[error("the grid's box is invalid")]
     Spec(#[from] SpecError),
     /// A metadata number is out of its range.
     #[error("metadata `{0}` is out of range")]
     MetadataRange(&'static str),
-    /// A texel that no baker writes.
-    #[error("the texel of cell {0:?} is not an occlusion in 0..=1 with an axis in -1..=1")]
+    /// A texel holds values out of range, which no baker writes.
+    #[error(
+        "the texel of cell {0:?} is out of range: the axis must be in -1..=1 and the occlusion in \
+         0..=1"
+    )]
     Texel([u32; 3]),
 }

@@ -1,8 +1,8 @@
-//! A grid in memory: what the file holds.
+//! The in-memory form of a grid file.
 
 use crate::{BakeRecord, EncodeError, Encoding, GridSpec, TexelFormat};
 
-/// An encoded grid: texels ready for upload, where they lie, and how they were made.
+/// An encoded grid: texels ready for upload, their box in object space, and their bake record.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     pub(crate) spec: GridSpec,
@@ -14,7 +14,7 @@ pub struct Grid {
     pub(crate) texels: Vec<u8>,
 }
 
-/// What the stored occlusion amounts to, over all cells.
+/// Statistics of the stored occlusion over all cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Statistics {
     /// The mean of a, 0..1.
@@ -24,14 +24,14 @@ pub struct Statistics {
 }
 
 impl Grid {
-    /// Encodes `cells`, one `[dx, dy, dz, a]` for each of the spec's, x fastest: d the unit
-    /// axis towards the object (or zero where nothing is occluded), a the occluded fraction.
+    /// Encodes `cells`, one `[dx, dy, dz, a]` for each cell of `spec`, x fastest: d is the unit
+    /// axis toward the object (zero where nothing is occluded), a the occluded fraction.
     /// [`Encoding::Occlusion`] keeps only a.
     ///
     /// # Errors
     ///
-    /// Another number of cells than the spec's; a outside 0..=1 or a component of d outside
-    /// −1..=1.
+    /// The number of cells is not that of `spec`, an a is outside 0..=1, or a component of d is
+    /// outside −1..=1.
     pub fn encode(
         spec: GridSpec,
         encoding: Encoding,
@@ -76,37 +76,37 @@ impl Grid {
         Ok(grid)
     }
 
-    /// What a file written by this version says of its writer.
+    /// Returns the writer's name that this version stores in its files.
     pub fn current_writer() -> String {
         format!("aogrid {}", env!("CARGO_PKG_VERSION"))
     }
 
-    /// Where the cells lie.
+    /// Returns the grid's box and resolution.
     pub fn spec(&self) -> &GridSpec {
         &self.spec
     }
 
-    /// What a texel means.
+    /// Returns the meaning of a texel's channels.
     pub fn encoding(&self) -> Encoding {
         self.encoding
     }
 
-    /// How a value is stored.
+    /// Returns the storage format of a channel.
     pub fn format(&self) -> TexelFormat {
         self.format
     }
 
-    /// How the texels were made.
+    /// Returns the record of the bake.
     pub fn record(&self) -> &BakeRecord {
         &self.record
     }
 
-    /// The mean and largest occlusion, as recorded in the file.
+    /// Returns the mean and the largest occlusion as recorded in the file.
     pub fn statistics(&self) -> Statistics {
         self.statistics
     }
 
-    /// The mean and largest occlusion, from the texels. Differs from
+    /// Computes the mean and the largest occlusion from the texels. They differ from
     /// [`Grid::statistics`] only if the texels were changed after the bake.
     pub fn measure(&self) -> Statistics {
         let fractions = (0..self.spec.cell_count()).map(|idx| self.cone(idx)[3]);
@@ -121,23 +121,23 @@ impl Grid {
         }
     }
 
-    /// The program that wrote the file, for example `aogrid 0.1.0`.
+    /// Returns the program that wrote the file, for example `aogrid 0.1.0`.
     pub fn writer(&self) -> &str {
         &self.writer
     }
 
-    /// The texels as they are uploaded: x fastest, no padding, little-endian.
+    /// Returns the texels as they are uploaded: x fastest, no padding, little-endian.
     pub fn texels(&self) -> &[u8] {
         &self.texels
     }
 
-    /// Bytes per texel.
+    /// Returns the number of bytes per texel.
     pub fn texel_bytes(&self) -> usize {
         self.encoding.channels() * self.format.channel_bytes()
     }
 
-    /// The decoded values of the cell at `idx` in memory: `[dx, dy, dz, a]`, where d is as
-    /// stored (a unit vector but for quantisation) and zero for [`Encoding::Occlusion`].
+    /// Decodes the cell with index `idx` (see [`GridSpec::cell_idx`]): `[dx, dy, dz, a]`, where d
+    /// is as stored (a unit vector but for quantization) and zero for [`Encoding::Occlusion`].
     ///
     /// # Panics
     ///
@@ -154,7 +154,7 @@ impl Grid {
         }
     }
 
-    /// The stored values of all cells, channels as stored (`a`, or `dx, dy, dz, a`), x fastest.
+    /// Decodes all cells, x fastest, with the channels as stored: `a`, or `dx, dy, dz, a`.
     pub fn decode(&self) -> Vec<f32> {
         let first = 4 - self.encoding.channels();
         (0..self.spec.cell_count())
@@ -163,7 +163,7 @@ impl Grid {
     }
 }
 
-/// Whether the values can be those of a cell.
+/// Whether all values are in range: |d| ≤ 1 for each component, a in 0..=1.
 pub(crate) fn is_cone([x, y, z, a]: [f32; 4]) -> bool {
     // Comparisons with NaN are false.
     [x, y, z].iter().all(|d| d.abs() <= 1.0) && (0.0..=1.0).contains(&a)

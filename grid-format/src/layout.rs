@@ -1,24 +1,24 @@
-//! Where KTX2 puts things, for the one kind of texture that this profile allows: 80 bytes of
-//! header, one level index entry, the data format descriptor, key/value data, the level.
+//! The KTX2 layout of the one kind of texture that this profile allows: 80 bytes of header, one
+//! level index entry, the data format descriptor, key/value data, the level.
 
 use ktx2::{Format, Header, LevelIndex, dfd};
 
 use crate::{Encoding, TexelFormat};
 
-/// The profile's version. A reader takes any minor of its own major.
+/// The profile's version. A reader accepts every minor version of its own major version.
 pub(crate) const PROFILE_MAJOR: u32 = 1;
 pub(crate) const PROFILE_MINOR: u32 = 0;
 
-/// Key of the profile's JSON.
+/// The keys of the key/value pairs, and the value of `KTXorientation`. `aogrid` holds the JSON.
 pub(crate) const METADATA_KEY: &str = "aogrid";
 pub(crate) const ORIENTATION_KEY: &str = "KTXorientation";
 pub(crate) const WRITER_KEY: &str = "KTXwriter";
 pub(crate) const ORIENTATION: &str = "ruo";
 
-/// Where the data format descriptor starts: behind the header and the one level's index entry.
+/// Offset of the data format descriptor: behind the header and the index entry of the one level.
 pub(crate) const DFD_START: usize = Header::LENGTH + LevelIndex::LENGTH;
 
-/// The Vulkan format of an encoding's texels.
+/// Returns the Vulkan format of an encoding's texels.
 pub(crate) fn vk_format(encoding: Encoding, format: TexelFormat) -> Format {
     match (encoding, format) {
         (Encoding::Occlusion, TexelFormat::Unorm8) => Format::R8_UNORM,
@@ -30,7 +30,7 @@ pub(crate) fn vk_format(encoding: Encoding, format: TexelFormat) -> Format {
     }
 }
 
-/// The inverse of [`vk_format`]: none for a format outside the profile.
+/// The inverse of [`vk_format`]; `None` for a format outside the profile.
 pub(crate) fn texel_kind(format: Option<Format>) -> Option<(Encoding, TexelFormat)> {
     let kinds = Encoding::ALL
         .into_iter()
@@ -40,8 +40,8 @@ pub(crate) fn texel_kind(format: Option<Format>) -> Option<(Encoding, TexelForma
         .find(|&(e, f)| Some(vk_format(e, f)) == format)
 }
 
-/// The data format descriptor section, its leading total length included, and the header's
-/// type size.
+/// Returns the data format descriptor section, its leading total length included, and the
+/// header's type size.
 pub(crate) fn descriptor(format: Format) -> (Vec<u8>, u32) {
     let (basic, type_size) =
         dfd::Basic::from_format(format).expect("the profile's formats are all in ktx2's table");
@@ -50,8 +50,9 @@ pub(crate) fn descriptor(format: Format) -> (Vec<u8>, u32) {
     ([&total.to_le_bytes()[..], &block].concat(), type_size)
 }
 
-/// Where the level starts: the first multiple of both 4 and the texel's bytes at or after
-/// `end` of the key/value data. Texels here have 1, 2 or 4 · 2ⁿ bytes, so that is the larger.
+/// Returns the offset of the level: the first multiple of both 4 and the texel's bytes at or after
+/// `end`, the end of the key/value data. Texels have 1, 2 or 4 · 2ⁿ bytes, so a multiple of the
+/// larger is a multiple of both.
 pub(crate) fn level_start(end: usize, texel_bytes: usize) -> usize {
     end.next_multiple_of(texel_bytes.max(4))
 }
@@ -61,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_kind_has_a_format_of_its_own() {
+    fn every_encoding_and_texel_format_has_its_own_vulkan_format() {
         for encoding in Encoding::ALL {
             for format in TexelFormat::ALL {
                 let vk = vk_format(encoding, format);

@@ -1,5 +1,5 @@
 //! The ambient-occlusion grid file (`*.ao.ktx2`): a 3D texture that any KTX2 reader opens as
-//! data, plus the few facts a renderer needs to place and decode it.
+//! data, plus the metadata that a renderer needs to place and decode it.
 //!
 //! ```
 //! use aogrid_grid_format::{Encoding, Grid, GridSpec, TexelFormat};
@@ -24,21 +24,20 @@
 //!
 //! A cell stores the set of directions in which the object hides the sky as a cone (RR-5779,
 //! section 5): `a`, the hidden fraction of the full sphere in 0..1 (RR-5779 eq. 5), and `d`,
-//! the unit axis of the cone in object axes, from the cell towards the object. The file never
+//! the unit axis of the cone in object axes, from the cell toward the object. The file never
 //! holds an angle. [`Encoding::Occlusion`] keeps `a` alone (RR-5779, section 4).
 //!
-//! What we do differently: the direction's byte is `round(127 d) + 128`, so that the zero
-//! vector of an open cell is exact; the printed remapping of −1..1 to 0..255 has no zero.
+//! Differences from the paper: a direction's byte is `round(127 d) + 128`, so that the zero vector
+//! of an open cell is exact; the printed remapping of −1..1 to 0..255 cannot represent zero.
 //!
 //! # Practice
 //!
-//! * [`GridSpec`]: how many cells, and where in the object's space. Checked once, on
-//!   construction.
-//! * [`Grid`]: a spec, encoded texels and the [`BakeRecord`] of how they were made.
+//! * [`GridSpec`]: the resolution and the box in object space. Validated once, on construction.
+//! * [`Grid`]: a spec, encoded texels and the [`BakeRecord`].
 //!   [`Grid::to_bytes`] and [`Grid::from_bytes`] are each other's inverse, bit for bit.
 //! * [`TexelFormat`]: 8-bit unorm, f16 or f32, each with its documented largest error.
 //!
-//! The crate knows no mesh and no GPU.
+//! The crate depends on neither meshes nor a GPU.
 //!
 //! # The file
 //!
@@ -54,9 +53,9 @@
 //! | `encoding` | `"occlusion"` or `"cone"` |
 //! | `center`, `half_extents` | the box, three numbers each, object units |
 //! | `bake` | the [`BakeRecord`] |
-//! | `mean`, `largest` | of the stored a over all cells |
+//! | `mean`, `largest` | mean and maximum of the stored a over all cells |
 //!
-//! It holds no time, machine, adapter or thread count: equal bakes are equal bytes.
+//! It holds no time, machine, adapter or thread count: equal bakes give equal bytes.
 
 mod encoding;
 mod error;

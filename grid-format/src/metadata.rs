@@ -1,55 +1,56 @@
-//! How a grid was made: the part of the metadata that decides whether a bake is up to date.
+//! The bake record: the part of the metadata that tells whether a bake is up to date.
 
 use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-/// Texels along a cube face's side. RR-5779, 6.1, renders 8 to 128.
+/// Valid numbers of texels along a side of a cube face. RR-5779, 6.1, renders 8 to 128.
 pub const FACE_SIZES: RangeInclusive<u32> = 8..=128;
 
-/// Monte Carlo rays a cell; the upper end is about what the largest faces have.
+/// Valid numbers of Monte Carlo rays per cell; the upper end is about the number of texels of the
+/// largest cube faces.
 pub const RAY_COUNTS: RangeInclusive<u32> = 1..=100_000;
 
-/// Everything that decided a grid's texels, besides its [`GridSpec`](crate::GridSpec), encoding
-/// and format: two bakes with equal records of one aogrid version have equal texels.
+/// Everything that determines a grid's texels besides its [`GridSpec`](crate::GridSpec), encoding
+/// and format: two bakes of one aogrid version with equal records have equal texels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BakeRecord {
-    /// ε of RR-5779 eq. 4, from which the box came; none if its half-extents were given.
+    /// ε of RR-5779 eq. 4, from which the box was computed; `None` if its half-extents were given.
     pub epsilon: Option<f32>,
-    /// Where in a cell its sample lies, in cells from the cell's centre.
+    /// Offset of the sample point from the cell's center, in cells.
     pub sample_offset: [f32; 3],
-    /// How visibility was sampled.
+    /// The sampling of visibility.
     pub method: Method,
-    /// Occluders farther than this, in object units, were ignored; none: unlimited.
+    /// Distance in object units beyond which occluders were ignored; `None` if unlimited.
     pub max_distance: Option<f32>,
-    /// What happened to cells inside the object (RR-5779, 3.3.3).
+    /// Treatment of cells inside the object (RR-5779, 3.3.3).
     pub interior: Interior,
-    /// How many cells are inside the object.
+    /// Number of cells inside the object.
     pub interior_cells: u64,
-    /// What is known of an open mesh's inside; none for a mesh without holes, and where only
+    /// Certainty of the interior of an open mesh; `None` for a mesh without holes, and where only
     /// enclosed cells count as interior.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inside: Option<Inside>,
-    /// What happened to values at the grid's boundary (RR-5779, 3.3.2).
+    /// Treatment of values at the grid's boundary (RR-5779, 3.3.2).
     pub boundary: Boundary,
-    /// The mesh.
+    /// The mesh that was baked.
     pub source: Source,
 }
 
-/// How visibility was sampled.
+/// The sampling of visibility: the set of directions that a cell tests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
-    /// Six cube faces of `size` × `size` texels a cell.
+    /// Six cube faces of `size` × `size` texels per cell.
     Faces {
         /// Texels along a face's side.
         size: u32,
     },
-    /// `count` random directions a cell (RR-5779, 6.1).
+    /// Monte Carlo: `count` random directions per cell (RR-5779, 6.1).
     Rays {
         /// Rays per cell.
         count: u32,
-        /// The seed of the directions.
+        /// The seed of the random directions.
         seed: u64,
     },
 }
@@ -63,7 +64,7 @@ impl Method {
         }
     }
 
-    /// How many directions are tested per cell, for a method that [is in
+    /// Returns the number of directions per cell. The method must [be in
     /// range](Method::is_in_range).
     pub fn directions(self) -> u32 {
         match self {
@@ -73,36 +74,36 @@ impl Method {
     }
 }
 
-/// Which cells are inside the object, and what happens to them.
+/// The rule that tells which cells are inside the object, and their treatment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Interior {
-    /// Cells whose every direction is occluded, and those that signed layers of surface show to be
-    /// inside a mesh with holes. They take the average of their neighbours, so that interpolation
-    /// at the surface is right.
+    /// Cells whose every direction is occluded are interior, and so are those that signed surface
+    /// layers show to be inside a mesh with holes. They take the average of their neighbors, so
+    /// that interpolation at the surface is right.
     Signed,
-    /// Only cells whose every direction is occluded (RR-5779, 3.3.3), filled in the same way.
-    /// Files call it `fill`.
+    /// Only cells whose every direction is occluded are interior (RR-5779, 3.3.3). They are filled
+    /// in the same way. Files call it `fill`.
     #[serde(rename = "fill", alias = "enclosed")]
     Enclosed,
-    /// They stay as they are baked.
+    /// Interior cells keep their baked values.
     Keep,
 }
 
-/// The inside of a mesh that has holes, or whose windings contradict each other.
+/// Certainty of the interior of a mesh that has holes or inconsistent winding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Inside {
-    /// Cells of which it is in doubt whether they are inside: beside a sheet or in a bowl.
+    /// Cells whose class is in doubt: beside a sheet or in a bowl.
     pub doubtful_cells: u64,
-    /// Doubtful cells over all that are doubtful or inside, 0..1; 1 for a sheet, 0 for a solid
-    /// with small holes.
+    /// Doubtful cells divided by those that are doubtful or interior, 0..1; 1 for a sheet, 0 for a
+    /// solid with small holes.
     pub doubt: f32,
-    /// Interior cells that more faces point towards than away from: the mesh is inside out, or
-    /// the walls of a room.
+    /// Interior cells that more faces point toward than away from: the mesh is inside out, or it
+    /// is the walls of a room.
     pub inward_cells: u64,
 }
 
-/// How values are rescaled so that they fade out at the grid's boundary.
+/// The formula that rescales values so that they fade out at the grid's boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum BoundaryMode {
@@ -114,12 +115,12 @@ pub enum BoundaryMode {
     None,
 }
 
-/// The boundary treatment that was asked for and the one that was possible.
+/// The boundary treatment that was requested and the one that was applied.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Boundary {
-    /// What the user asked for.
+    /// The mode that the user requested.
     pub requested: BoundaryMode,
-    /// What was done: `jgt` becomes `rr` where V_M ≥ 0.3.
+    /// The mode that was applied: `jgt` becomes `rr` if V_M ≥ 0.3.
     pub applied: BoundaryMode,
     /// V_M, the largest occlusion of the grid's outer cells before the treatment.
     pub v_m: f32,
@@ -130,16 +131,16 @@ pub struct Boundary {
 pub struct Source {
     /// The file's name, without folders.
     pub name: String,
-    /// The part of the file that was baked; none: the whole.
+    /// The part of the file that was baked; `None` for the whole file.
     pub part: Option<String>,
-    /// BLAKE3 of the file's bytes, 64 hexadecimal digits.
+    /// BLAKE3 hash of the file's bytes, 64 hexadecimal digits.
     pub blake3: String,
-    /// Triangles baked.
+    /// Number of triangles baked.
     pub triangles: u64,
 }
 
 impl BakeRecord {
-    /// The name of the first number that is out of its range.
+    /// Returns the name of the first field that is out of range.
     pub(crate) fn out_of_range(&self) -> Option<&'static str> {
         let positive = |v: Option<f32>| v.is_none_or(|v| v > 0.0 && v.is_finite());
         let checks = [

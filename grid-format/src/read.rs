@@ -1,7 +1,7 @@
-//! Bytes → grid. Everything is checked here, once: a [`Grid`] that exists is whole.
+//! Reading: bytes to grid. Everything is validated here, once, so that every [`Grid`] is valid.
 //!
-//! The layout of KTX2 is fixed for one level without supercompression, so each offset has one
-//! right value. That keeps overlapping and hidden sections out. No allocation exceeds the
+//! For one level without supercompression the KTX2 layout is fixed, so each offset has exactly
+//! one valid value. That rules out overlapping and hidden sections. No allocation exceeds the
 //! file's own length by more than a constant.
 
 use ktx2::{Header, LevelIndex};
@@ -17,9 +17,10 @@ impl Grid {
     ///
     /// # Errors
     ///
-    /// Anything that is not exactly what [`Grid::to_bytes`] writes, up to unknown JSON keys
-    /// and key/value pairs, which are ignored, and a newer minor version. Never panics.
+    /// The bytes are not exactly what [`Grid::to_bytes`] writes. Unknown JSON keys, unknown
+    /// key/value pairs and a newer minor version are accepted. Never panics.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, ReadError> {
+        // The sections are checked in file order, each at the offset where the one before it ends.
         let header = read_header(bytes)?;
         let (texture_encoding, format) = check_kind(&header)?;
         let kvd_start = check_descriptor(bytes, &header)?;
@@ -34,6 +35,7 @@ impl Grid {
                 found: texture_encoding.channels(),
             });
         }
+        // The resolution is bounded before anything is sized by it.
         let resolution = [header.pixel_width, header.pixel_height, header.pixel_depth];
         let spec = GridSpec::new(resolution, metadata.center, metadata.half_extents)?;
         let texel_bytes = encoding.channels() * format.channel_bytes();
@@ -68,15 +70,15 @@ fn read_header(bytes: &[u8]) -> Result<Header, ReadError> {
     Header::from_bytes(head).map_err(|error| ReadError::NotAGrid(error.to_string()))
 }
 
-/// The encoding and format that the texture's kind stands for.
+/// Returns the encoding and the texel format that belong to the texture's Vulkan format.
 fn check_kind(header: &Header) -> Result<(Encoding, TexelFormat), ReadError> {
-    let refuse = |why: String| Err(ReadError::NotAGrid(why));
+    let refuse = |reason: String| Err(ReadError::NotAGrid(reason));
     if header.supercompression_scheme.is_some() {
         return refuse("it is supercompressed".into());
     }
     let Some((encoding, format)) = layout::texel_kind(header.format) else {
         return refuse(match header.format {
-            Some(format) => format!("its format {format:?} is not one of the profile's"),
+            Some(format) => format!("its format {format:?} is not supported by the profile"),
             None => "its format is undefined".into(),
         });
     };
@@ -92,19 +94,19 @@ fn check_kind(header: &Header) -> Result<(Encoding, TexelFormat), ReadError> {
     Ok((encoding, format))
 }
 
-/// Compares the data format descriptor with the one that the format has; gives its end.
+/// Compares the data format descriptor with the one that the format requires, and returns its end.
 fn check_descriptor(bytes: &[u8], header: &Header) -> Result<usize, ReadError> {
-    let format = header.format.expect("checked with the kind");
+    let format = header.format.expect("`check_kind` has found a format");
     let (expected, type_size) = layout::descriptor(format);
     let what = "the data format descriptor";
-    placed(what, layout::DFD_START, header.index.dfd_byte_offset.into())?;
+    check_offset(what, layout::DFD_START, header.index.dfd_byte_offset.into())?;
     let found = slice(bytes, layout::DFD_START, expected.len(), what)?;
     if header.index.dfd_byte_length as usize != expected.len()
         || found != expected
         || header.type_size != type_size
     {
         return Err(ReadError::NotAGrid(format!(
-            "its data format descriptor is not that of {format:?}"
+            "its data format descriptor does not describe {format:?}"
         )));
     }
     Ok(layout::DFD_START + expected.len())
@@ -120,10 +122,10 @@ fn key_value_section<'a>(
         return Err(ReadError::NoMetadata);
     }
     let what = "the key/value data";
-    placed(what, start, index.kvd_byte_offset.into())?;
+    check_offset(what, start, index.kvd_byte_offset.into())?;
     let length = index.kvd_byte_length as usize;
     let kvd = slice(bytes, start, length, what)?;
-    placed("supercompression global data", 0, index.sgd_byte_offset)?;
+    check_offset("supercompression global data", 0, index.sgd_byte_offset)?;
     if index.sgd_byte_length != 0 {
         return Err(ReadError::NotAGrid(
             "it has supercompression global data".into(),
@@ -132,20 +134,20 @@ fn key_value_section<'a>(
     Ok((kvd, start + length))
 }
 
-/// The pairs of the key/value section, values without their terminating NUL. Pairs whose
+/// Returns the pairs of the key/value section, values without their terminating NUL. Pairs whose
 /// value is not text are left out.
 fn parse_key_values(mut kvd: &[u8]) -> Result<Vec<(&str, &str)>, ReadError> {
     let mut pairs = Vec::new();
     while !kvd.is_empty() {
         let Some((length, rest)) = kvd.split_first_chunk::<4>() else {
-            return Err(ReadError::KeyValue("a pair's length is cut"));
+            return Err(ReadError::KeyValue("the length of a pair is truncated"));
         };
         let length = u32::from_le_bytes(*length) as usize;
         let Some(pair) = rest.get(..length) else {
             return Err(ReadError::KeyValue("a pair is longer than the section"));
         };
         let Some(nul) = pair.iter().position(|&byte| byte == 0) else {
-            return Err(ReadError::KeyValue("a key has no end"));
+            return Err(ReadError::KeyValue("a key is not NUL-terminated"));
         };
         let key = std::str::from_utf8(&pair[..nul])
             .map_err(|_| ReadError::KeyValue("a key is not UTF-8"))?;
@@ -153,10 +155,10 @@ fn parse_key_values(mut kvd: &[u8]) -> Result<Vec<(&str, &str)>, ReadError> {
         if let Some(Ok(value)) = value.map(std::str::from_utf8) {
             pairs.push((key, value));
         }
-        // The last pair's padding may not be cut either.
+        // KTX2 requires the padding of the last pair, too.
         kvd = rest
             .get(length.next_multiple_of(4)..)
-            .ok_or(ReadError::KeyValue("a pair's padding is cut"))?;
+            .ok_or(ReadError::KeyValue("the padding of a pair is truncated"))?;
     }
     Ok(pairs)
 }
@@ -169,11 +171,12 @@ fn find<'a>(pairs: &[(&str, &'a str)], key: &str) -> Option<&'a str> {
 }
 
 fn parse_metadata(pairs: &[(&str, &str)]) -> Result<FileMetadata, ReadError> {
-    /// What every version of the profile has.
+    /// The field that every version of the profile has.
     #[derive(Deserialize)]
     struct Version {
         version: String,
     }
+    // The version alone is parsed first: a newer major version may have other fields.
     let json = find(pairs, METADATA_KEY).ok_or(ReadError::NoMetadata)?;
     let Version { version } = serde_json::from_str(json).map_err(ReadError::Metadata)?;
     let major = version
@@ -196,8 +199,8 @@ fn read_statistics(metadata: &FileMetadata) -> Result<Statistics, ReadError> {
         ("mean", metadata.mean),
         ("largest", metadata.largest.into()),
     ];
-    let wrong = fractions.iter().find(|(_, v)| !(0.0..=1.0).contains(v));
-    let name = wrong
+    let invalid = fractions.iter().find(|(_, v)| !(0.0..=1.0).contains(v));
+    let name = invalid
         .map(|(name, _)| *name)
         .or(metadata.bake.out_of_range());
     match name {
@@ -209,22 +212,17 @@ fn read_statistics(metadata: &FileMetadata) -> Result<Statistics, ReadError> {
     }
 }
 
-/// The one level's bytes, which end the file.
+/// Returns the bytes of the only level, which end the file.
 fn level<'a>(
     bytes: &'a [u8],
     kvd_end: usize,
     texel_bytes: usize,
     spec: &GridSpec,
 ) -> Result<&'a [u8], ReadError> {
-    let entry = slice(
-        bytes,
-        Header::LENGTH,
-        LevelIndex::LENGTH,
-        "the level's index",
-    )?;
-    let entry = LevelIndex::from_bytes(entry.try_into().expect("the slice has its length"));
+    let entry = slice(bytes, Header::LENGTH, LevelIndex::LENGTH, "the level index")?;
+    let entry = LevelIndex::from_bytes(entry.try_into().expect("the slice has an entry's length"));
     let start = layout::level_start(kvd_end, texel_bytes);
-    placed("the level", start, entry.byte_offset)?;
+    check_offset("the level", start, entry.byte_offset)?;
     let length = spec.cell_count() * texel_bytes;
     for found in [entry.byte_length, entry.uncompressed_byte_length] {
         if found != length as u64 {
@@ -241,7 +239,7 @@ fn level<'a>(
     }
 }
 
-fn placed(what: &'static str, expected: usize, found: u64) -> Result<(), ReadError> {
+fn check_offset(what: &'static str, expected: usize, found: u64) -> Result<(), ReadError> {
     if found == expected as u64 {
         return Ok(());
     }

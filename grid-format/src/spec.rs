@@ -1,22 +1,22 @@
-//! Where the cells of a grid lie.
+//! The box of a grid and its division into cells.
 
 use crate::SpecError;
 
-/// The fewest cells along an axis. Below it the two-cell margin of the placement
-/// (RR-5779 eq. 4, padded) would leave nothing for the object itself.
+/// The minimum number of cells along an axis. With fewer, the two-cell margins of the placement
+/// (RR-5779 eq. 4, padded) would leave no cells for the object itself.
 pub const MIN_RESOLUTION: u32 = 8;
 
-/// The most cells along an axis: the 3D texture size that WebGPU guarantees.
+/// The maximum number of cells along an axis: the 3D texture size that WebGPU guarantees.
 pub const MAX_RESOLUTION: u32 = 2048;
 
-/// The most cells of a grid, 512³: at 16 bytes a cell its size fits what a 32-bit machine
-/// (WebAssembly) can address.
+/// The maximum number of cells of a grid, 512³: at 16 bytes per cell a 32-bit machine
+/// (WebAssembly) can address all of it.
 pub const MAX_CELLS: u64 = 1 << 27;
 
 /// An axis-aligned box in object space, divided into `resolution` cells.
 ///
-/// Cell (i, j, k) has its centre at `((i + ½)/nx, (j + ½)/ny, (k + ½)/nz)` of the box, which
-/// is also where a texture of that size has its texel centres. Cells are stored x fastest.
+/// Cell (i, j, k) has its center at `((i + ½)/nx, (j + ½)/ny, (k + ½)/nz)` of the box, as a
+/// texture of that size has its texel centers. Cells are stored x fastest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridSpec {
     resolution: [u32; 3],
@@ -25,12 +25,13 @@ pub struct GridSpec {
 }
 
 impl GridSpec {
-    /// A grid of `resolution` cells over `center ± half_extents` (object units).
+    /// Creates a grid of `resolution` cells over `center ± half_extents` (object units).
     ///
     /// # Errors
     ///
-    /// A resolution outside [`MIN_RESOLUTION`]..=[`MAX_RESOLUTION`] or above [`MAX_CELLS`] in
-    /// all, a centre that is not finite, or a half-extent that is not positive and finite.
+    /// A resolution is outside [`MIN_RESOLUTION`]..=[`MAX_RESOLUTION`], there are more than
+    /// [`MAX_CELLS`] cells in all, the center is not finite, or a half-extent is not positive and
+    /// finite.
     pub fn new(
         resolution: [u32; 3],
         center: [f32; 3],
@@ -48,7 +49,7 @@ impl GridSpec {
         }
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
             let (c, e) = (center[axis], half_extents[axis]);
-            // Both ends must be floats too: a renderer computes with them.
+            // Both ends must be finite, too: renderers compute with them.
             if !((c - e).is_finite() && (c + e).is_finite()) {
                 return Err(SpecError::NotFinite(name));
             }
@@ -63,33 +64,33 @@ impl GridSpec {
         })
     }
 
-    /// Cells along x, y and z.
+    /// Returns the number of cells along x, y and z.
     pub fn resolution(&self) -> [u32; 3] {
         self.resolution
     }
 
-    /// The box's centre, in object units.
+    /// Returns the box's center, in object units.
     pub fn center(&self) -> [f32; 3] {
         self.center
     }
 
-    /// Half the box's size along each axis, in object units.
+    /// Returns half the box's size along each axis, in object units.
     pub fn half_extents(&self) -> [f32; 3] {
         self.half_extents
     }
 
-    /// The number of cells, `nx · ny · nz`.
+    /// Returns the number of cells, `nx · ny · nz`.
     pub fn cell_count(&self) -> usize {
         self.resolution.iter().map(|&n| n as usize).product()
     }
 
-    /// The place of cell `(i, j, k)` in memory, x fastest.
+    /// Returns the index of cell `(i, j, k)` in memory, x fastest.
     pub fn cell_idx(&self, [i, j, k]: [u32; 3]) -> usize {
         let [nx, ny, _] = self.resolution.map(|n| n as usize);
         (k as usize * ny + j as usize) * nx + i as usize
     }
 
-    /// The cell at place `idx` in memory: the inverse of [`GridSpec::cell_idx`].
+    /// Returns the cell with index `idx`: the inverse of [`GridSpec::cell_idx`].
     pub fn cell_at(&self, idx: usize) -> [u32; 3] {
         let [nx, ny, _] = self.resolution.map(|n| n as usize);
         [
@@ -99,16 +100,16 @@ impl GridSpec {
         ]
     }
 
-    /// The size of one cell along each axis, in object units.
+    /// Returns the size of one cell along each axis, in object units.
     pub fn cell_size(&self) -> [f64; 3] {
         std::array::from_fn(|x| {
             2.0 * f64::from(self.half_extents[x]) / f64::from(self.resolution[x])
         })
     }
 
-    /// The sample point of cell `(i, j, k)` relative to the box's centre, in object units:
-    /// the cell's centre plus `offset` cells. With `offset` zero, cells that mirror each
-    /// other in the box have exactly opposite coordinates.
+    /// Returns the sample point of cell `(i, j, k)` relative to the box's center, in object units:
+    /// the cell's center plus `offset` cells. If `offset` is zero, mirrored cells have exactly
+    /// opposite coordinates.
     pub fn sample_from_center(&self, cell: [u32; 3], offset: [f64; 3]) -> [f64; 3] {
         std::array::from_fn(|x| {
             let n = f64::from(self.resolution[x]);
@@ -117,7 +118,7 @@ impl GridSpec {
         })
     }
 
-    /// Whether `cell` is on the outside of the grid: first or last along some axis.
+    /// Whether `cell` lies at the grid's boundary: first or last along some axis.
     pub fn is_outer(&self, cell: [u32; 3]) -> bool {
         (0..3).any(|x| cell[x] == 0 || cell[x] + 1 == self.resolution[x])
     }
@@ -128,7 +129,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn samples_are_cell_centres() {
+    fn samples_are_cell_centers() {
         let spec = GridSpec::new([8, 16, 32], [9.0; 3], [4.0, 8.0, 32.0]).unwrap();
         assert_eq!(spec.cell_size(), [1.0, 1.0, 2.0]);
         assert_eq!(
@@ -148,17 +149,17 @@ mod tests {
             let cell = spec.cell_at(idx);
             assert_eq!(spec.cell_idx(cell), idx);
             let mirrored = std::array::from_fn(|x| spec.resolution()[x] - 1 - cell[x]);
-            let there = spec.sample_from_center(mirrored, [0.0; 3]);
+            let opposite = spec.sample_from_center(mirrored, [0.0; 3]);
             assert_eq!(
                 spec.sample_from_center(cell, [0.0; 3]),
-                there.map(|v| -v),
+                opposite.map(|v| -v),
                 "{cell:?}"
             );
         }
     }
 
     #[test]
-    fn refuses_what_no_texture_can_be() {
+    fn invalid_sizes_are_refused() {
         let new = |n, c, e| GridSpec::new([n, 32, 32], [c, 0.0, 0.0], [1.0, e, 1.0]);
         assert_eq!(new(7, 0.0, 1.0), Err(SpecError::Resolution(7)));
         assert_eq!(new(2049, 0.0, 1.0), Err(SpecError::Resolution(2049)));

@@ -1,4 +1,4 @@
-//! Grid → bytes.
+//! Writing: grid to bytes.
 
 use ktx2::{Header, Index, LevelIndex};
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,7 @@ use crate::layout::{
 };
 use crate::{BakeRecord, Grid};
 
-/// The profile's JSON.
+/// The JSON object of the profile.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct FileMetadata {
     pub version: String,
@@ -21,8 +21,9 @@ pub(crate) struct FileMetadata {
 }
 
 impl Grid {
-    /// The bytes of the grid's file. Equal grids give equal bytes.
+    /// Returns the bytes of the grid's file. Equal grids give equal bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
+        // All offsets are known beforehand, so that the bytes are written in one go.
         let format = layout::vk_format(self.encoding, self.format);
         let (descriptor, type_size) = layout::descriptor(format);
         let key_values = self.key_values();
@@ -79,7 +80,7 @@ impl Grid {
         let json =
             serde_json::to_string(&metadata).expect("strings and finite numbers have a JSON form");
         let mut bytes = Vec::new();
-        // KTX2 wants the keys sorted by code point: capitals come first.
+        // KTX2 requires the keys sorted by code point: capitals come first.
         push_key_value(&mut bytes, ORIENTATION_KEY, ORIENTATION);
         push_key_value(&mut bytes, WRITER_KEY, &self.writer);
         push_key_value(&mut bytes, METADATA_KEY, &json);

@@ -1,4 +1,5 @@
-//! The grid file, from outside: frozen bytes, and everything that can be wrong with a file.
+//! Tests of the grid file through the public interface: frozen bytes, and every kind of malformed
+//! file.
 
 use std::path::{Path, PathBuf};
 
@@ -53,7 +54,7 @@ fn record() -> BakeRecord {
     }
 }
 
-/// Values in all of their ranges, the same in every version of this test.
+/// Cell values that cover their whole ranges. They must never change: the frozen files hold them.
 fn cells(spec: &GridSpec) -> Vec<[f32; 4]> {
     (0..spec.cell_count())
         .map(|idx| {
@@ -75,7 +76,7 @@ fn kinds() -> impl Iterator<Item = (Encoding, TexelFormat)> {
         .flat_map(|encoding| TexelFormat::ALL.map(|format| (encoding, format)))
 }
 
-/// The smallest file: it makes trying every byte quick.
+/// The bytes of the smallest file, so that tests over every byte are quick.
 fn small() -> Vec<u8> {
     let spec = GridSpec::new([8; 3], [0.0; 3], [1.0; 3]).unwrap();
     let format = TexelFormat::Unorm8;
@@ -88,10 +89,10 @@ fn golden(encoding: Encoding, format: TexelFormat) -> PathBuf {
     folder.join(format!("v1-{}-{}.ao.ktx2", encoding.name(), format.name()))
 }
 
-/// Files of profile version 1.0 as aogrid 0.1.0 wrote them. They are never written again: a
-/// test that fails here means that old files no longer read as they did.
+/// Files of profile version 1.0 as aogrid 0.1.0 wrote them. They must never be regenerated: a
+/// failure means that old files are no longer read as before.
 #[test]
-fn frozen_files_read_as_they_always_did() {
+fn frozen_files_are_still_read_alike() {
     for (encoding, format) in kinds() {
         let bytes = std::fs::read(golden(encoding, format)).unwrap();
         let read = Grid::from_bytes(&bytes).unwrap();
@@ -105,9 +106,9 @@ fn frozen_files_read_as_they_always_did() {
     }
 }
 
-/// While nothing but the version changes, new files differ from frozen ones in that alone.
+/// New files differ from the frozen ones in the writer's version alone.
 #[test]
-fn files_are_written_as_they_always_were() {
+fn written_files_match_the_frozen_ones() {
     for (encoding, format) in kinds() {
         let frozen = std::fs::read(golden(encoding, format)).unwrap();
         let old = "aogrid 0.1.0";
@@ -118,19 +119,20 @@ fn files_are_written_as_they_always_were() {
             expected[at..at + old.len()].copy_from_slice(new.as_bytes());
             assert_eq!(grid(encoding, format).to_bytes(), expected);
         } else {
-            // Offsets move with the name; reading both is compared above.
+            // Offsets move with the name's length. The test above compares what is read.
             assert_ne!(grid(encoding, format).to_bytes(), frozen);
         }
     }
 }
 
-fn find(bytes: &[u8], what: &[u8]) -> usize {
-    let mut windows = bytes.windows(what.len());
-    windows.position(|w| w == what).expect("it is there")
+fn find(bytes: &[u8], needle: &[u8]) -> usize {
+    let mut windows = bytes.windows(needle.len());
+    let found = windows.position(|w| w == needle);
+    found.expect("the bytes contain the needle")
 }
 
 #[test]
-fn what_is_written_is_read_back() {
+fn written_grids_are_read_back_within_the_error_bounds() {
     for (encoding, format) in kinds() {
         let grid = grid(encoding, format);
         let read = Grid::from_bytes(&grid.to_bytes()).unwrap();
@@ -152,7 +154,7 @@ fn what_is_written_is_read_back() {
 }
 
 #[test]
-fn values_out_of_range_are_not_encoded() {
+fn encoding_refuses_values_out_of_range() {
     let spec = GridSpec::new([8; 3], [0.0; 3], [1.0; 3]).unwrap();
     let encode = |change: &dyn Fn(&mut Vec<[f32; 4]>)| {
         let mut cells = vec![[0.0; 4]; 512];
@@ -194,7 +196,7 @@ fn extra_bytes_are_an_error() {
     }
 }
 
-/// The error after writing `value` at `offset` of a good file.
+/// Returns the error of reading a valid file with `value` written at `offset`.
 fn with_u32(offset: usize, value: u32) -> ReadError {
     let mut bytes = small();
     bytes[offset..offset + 4].copy_from_slice(&value.to_le_bytes());
@@ -202,7 +204,7 @@ fn with_u32(offset: usize, value: u32) -> ReadError {
 }
 
 #[test]
-fn other_kinds_of_files_are_named() {
+fn other_kinds_of_files_are_identified_in_the_error() {
     assert!(matches!(with_u32(0, 0), ReadError::NotKtx2));
     // "«KTX 11»", KTX version 1.
     assert!(matches!(
@@ -214,7 +216,7 @@ fn other_kinds_of_files_are_named() {
         Err(ReadError::NotKtx2)
     ));
     let not_a_grid = |offset, value| match with_u32(offset, value) {
-        ReadError::NotAGrid(why) => why,
+        ReadError::NotAGrid(reason) => reason,
         other => panic!("{offset} {value}: {other}"),
     };
     // VK_FORMAT_R8_SRGB, undefined, unknown.
@@ -234,7 +236,7 @@ fn other_kinds_of_files_are_named() {
         (at::SCHEME, 2),
         (at::SCHEME, 77),
         (at::DFD, 0),
-        // Texel block dimensions of 256: a reader that adds 1 in a byte gets 0.
+        // Texel block dimensions of 256: adding 1 in a byte would overflow to 0.
         (at::DFD + 16, u32::MAX),
     ] {
         not_a_grid(offset, value);
@@ -242,7 +244,7 @@ fn other_kinds_of_files_are_named() {
 }
 
 #[test]
-fn lying_lengths_and_offsets_are_errors() {
+fn wrong_lengths_and_offsets_are_errors() {
     let offsets = [
         at::DFD_OFFSET,
         at::DFD_LENGTH,
@@ -264,18 +266,18 @@ fn lying_lengths_and_offsets_are_errors() {
     let good = small();
     for offset in offsets {
         let bytes = good[offset..offset + 4].try_into().unwrap();
-        let right = u32::from_le_bytes(bytes);
-        let lies = [
+        let correct = u32::from_le_bytes(bytes);
+        let wrong = [
             0,
             1,
             8,
-            right.wrapping_add(1),
-            right.wrapping_sub(1),
-            right ^ 4,
+            correct.wrapping_add(1),
+            correct.wrapping_sub(1),
+            correct ^ 4,
         ];
-        let lies = lies.into_iter().chain([1 << 31, u32::MAX, u32::MAX - 3]);
-        for lie in lies.filter(|lie| *lie != right) {
-            with_u32(offset, lie);
+        let wrong = wrong.into_iter().chain([1 << 31, u32::MAX, u32::MAX - 3]);
+        for value in wrong.filter(|value| *value != correct) {
+            with_u32(offset, value);
         }
     }
 }
@@ -288,7 +290,7 @@ fn oversized_dimensions_are_errors_before_anything_is_allocated() {
             assert!(matches!(error, ReadError::Spec(_)), "{error}");
         }
     }
-    // Each axis allowed, all of them not.
+    // Each axis is valid by itself, but there are too many cells in all.
     let mut bytes = small();
     for axis in 0..3 {
         bytes[at::WIDTH + 4 * axis..][..4].copy_from_slice(&2048_u32.to_le_bytes());
@@ -296,7 +298,7 @@ fn oversized_dimensions_are_errors_before_anything_is_allocated() {
     assert!(matches!(Grid::from_bytes(&bytes), Err(ReadError::Spec(_))));
 }
 
-/// A good file whose metadata is `json`, with all lengths right.
+/// Reads a valid file whose metadata is replaced by `json`, with all lengths adjusted.
 fn with_json(json: &str) -> Result<Grid, ReadError> {
     let good = small();
     let number = |offset: usize| {
@@ -331,7 +333,7 @@ fn good_json() -> String {
 fn metadata_is_checked() {
     let good = good_json();
     assert!(with_json(&good).is_ok());
-    // The helper above must make a difference, or nothing here is tested.
+    // Each replacement must change the JSON, or nothing here is tested.
     let changed = |from: &str, to: &str| {
         assert!(good.contains(from), "{from} is not in {good}");
         with_json(&good.replacen(from, to, 1)).unwrap_err()
@@ -402,15 +404,15 @@ fn metadata_is_checked() {
 }
 
 #[test]
-fn newer_minor_versions_may_say_more() {
+fn newer_minor_versions_may_add_json_keys() {
     let good = good_json();
-    let more = good.replacen(r#""version":"1.0""#, r#""version":"1.7","colour":"red""#, 1);
+    let more = good.replacen(r#""version":"1.0""#, r#""version":"1.7","color":"red""#, 1);
     let grid = with_json(&more.replacen(r#""bake":{"#, r#""bake":{"phase":3,"#, 1)).unwrap();
     assert_eq!(grid.record(), &record());
 }
 
 #[test]
-fn files_without_our_metadata_are_named() {
+fn files_without_aogrid_metadata_are_identified_in_the_error() {
     let mut bytes = small();
     let key = find(&bytes, b"aogrid\0");
     bytes[key] = b'x';
@@ -420,7 +422,7 @@ fn files_without_our_metadata_are_named() {
 }
 
 #[test]
-fn texels_that_no_baker_writes_are_errors() {
+fn texels_out_of_range_are_errors() {
     let good = grid(Encoding::Cone, TexelFormat::F32).to_bytes();
     let last = good.len() - 4;
     for value in [f32::NAN, f32::INFINITY, -0.5, 1.5] {
@@ -429,7 +431,7 @@ fn texels_that_no_baker_writes_are_errors() {
         let error = Grid::from_bytes(&bytes).unwrap_err();
         assert!(matches!(error, ReadError::Texel([8, 7, 10])), "{error}");
     }
-    // Byte 0 of a direction would be −128/127.
+    // Byte 0 of a direction decodes to −128/127.
     let mut bytes = grid(Encoding::Cone, TexelFormat::Unorm8).to_bytes();
     let last = bytes.len() - 4;
     bytes[last] = 0;
@@ -437,8 +439,7 @@ fn texels_that_no_baker_writes_are_errors() {
 }
 
 proptest! {
-    /// Whatever bytes are changed, reading ends with a grid or an error; a grid that comes out
-    /// writes the bytes it came from.
+    /// Reading returns a grid or an error for any changed bytes, and a grid can be written again.
     #[test]
     fn flipped_bytes_never_panic(
         flips in prop::collection::vec((0_usize..2000, any::<u8>()), 1..6),

@@ -1,5 +1,5 @@
-//! Reading allocates no more than the file is long, whatever the file says. A binary of its
-//! own: the allocator that counts is the process's.
+//! Reading allocates no more than the file's length, whatever the file declares. This is a test
+//! binary of its own, because the counting allocator belongs to the whole process.
 
 use aogrid_grid_format::{
     BakeRecord, Boundary, BoundaryMode, Encoding, Grid, GridSpec, Interior, Method, Source,
@@ -10,8 +10,8 @@ use peak_alloc::PeakAlloc;
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
 
-/// Besides the texels: the header's copy, the JSON's strings, an error's text.
-const SMALL_THINGS: usize = 16 * 1024;
+/// Allowance for allocations besides the texels: header, JSON strings, error texts.
+const OVERHEAD: usize = 16 * 1024;
 
 fn file() -> Vec<u8> {
     let spec = GridSpec::new([32; 3], [0.0; 3], [1.0; 3]).unwrap();
@@ -57,18 +57,14 @@ fn reading_allocates_no_more_than_the_file() {
         peak > good.len() / 2,
         "the allocator does not count: {peak}"
     );
-    assert!(
-        peak <= good.len() + SMALL_THINGS,
-        "{peak} of {}",
-        good.len()
-    );
-    // Every number of header and level index, one at a time, as large as can be and nearly so.
+    assert!(peak <= good.len() + OVERHEAD, "{peak} of {}", good.len());
+    // Every 32-bit field of the header and the level index, one at a time, with extreme values.
     for offset in (12..104).step_by(4) {
-        for lie in [u32::MAX, u32::MAX / 2, 1 << 24, 2048, 0] {
+        for value in [u32::MAX, u32::MAX / 2, 1 << 24, 2048, 0] {
             let mut bytes = good.clone();
-            bytes[offset..offset + 4].copy_from_slice(&lie.to_le_bytes());
+            bytes[offset..offset + 4].copy_from_slice(&value.to_le_bytes());
             let peak = peak_of_reading(&bytes);
-            assert!(peak <= good.len() + SMALL_THINGS, "{offset} {lie}: {peak}");
+            assert!(peak <= good.len() + OVERHEAD, "{offset} {value}: {peak}");
         }
     }
 }

@@ -1,12 +1,12 @@
-//! What the raster pass costs against the pixels that its boxes cover, and what a depth test saves.
-//! Prints a table.
+//! Measures the cost of the raster pass per pixel that its boxes cover, and the savings of a depth
+//! test. Prints a table.
 //!
 //! ```sh
 //! cargo bench -p aogrid-runtime --bench covered_pixels
 //! ```
 //!
-//! Ways alternate within each round, and medians are compared: a machine that is busy with something
-//! else slows all of them alike.
+//! The methods alternate within each round, and medians are compared, so that other load on the
+//! machine slows all of them alike.
 
 use std::time::Instant;
 
@@ -32,10 +32,10 @@ const SIZE: [u32; 2] = [512, 384];
 
 const OCCLUDERS: usize = 16;
 
-/// Of the objects.
+/// The objects' scales.
 const SCALES: [f32; 4] = [0.2, 0.4, 0.8, 1.6];
 
-/// Rounds of which the median is taken, after one that warms up.
+/// Measured rounds, after one that warms up; medians are reported.
 const ROUNDS: usize = 15;
 
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
@@ -61,7 +61,7 @@ fn main() {
     }
 }
 
-/// A floor, without end, as a G-buffer.
+/// The G-buffer of an infinite floor, with the rays of its pixels.
 struct Buffer {
     rays: Vec<[Vec3; 2]>,
     positions: Vec<[f32; 4]>,
@@ -85,44 +85,51 @@ fn floor() -> Buffer {
         let u = (x as f32 + 0.5) / SIZE[0] as f32 * 2.0 - 1.0;
         let v = 1.0 - (y as f32 + 0.5) / SIZE[1] as f32 * 2.0;
         let at = |depth| world_from_clip.project_point3(Vec3::new(u, v, depth));
-        let [from, along] = [at(0.0), at(1.0) - at(0.0)];
-        let t = -from.y / along.y;
-        let p = from + t * along;
-        let seen = t > 0.0 && t < 1.0;
+        let [from, direction] = [at(0.0), at(1.0) - at(0.0)];
+        let t = -from.y / direction.y;
+        let p = from + t * direction;
+        let is_visible = t > 0.0 && t < 1.0;
         let clip = clip_from_world * p.extend(1.0);
-        buffer.rays.push([from, along]);
-        buffer.positions.push(match seen {
+        buffer.rays.push([from, direction]);
+        buffer.positions.push(match is_visible {
             true => p.extend(1.0).to_array(),
             false => Vec4::NAN.to_array(),
         });
-        buffer.depths.push(if seen { clip.z / clip.w } else { 1.0 });
+        buffer
+            .depths
+            .push(if is_visible { clip.z / clip.w } else { 1.0 });
     }
     buffer
 }
 
-/// Objects on the floor, turned each another way.
+/// Returns objects on the floor, each with another rotation.
 fn ring(scale: f32) -> Vec<Instance> {
-    let place = |idx: usize| {
+    let world_from_object = |idx: usize| {
         let angle = idx as f32 * 2.4;
-        let out = 0.45 * (idx as f32 + 0.5).sqrt();
-        let there = Vec3::new(out * angle.cos(), scale * grids::RADIUS, out * angle.sin());
-        let turn = Quat::from_rotation_y(angle);
-        let place = Mat4::from_scale_rotation_translation(Vec3::splat(scale), turn, there);
-        Instance::at(place.to_cols_array_2d())
+        let distance = 0.45 * (idx as f32 + 0.5).sqrt();
+        let position = Vec3::new(
+            distance * angle.cos(),
+            scale * grids::RADIUS,
+            distance * angle.sin(),
+        );
+        let rotation = Quat::from_rotation_y(angle);
+        let world_from_object =
+            Mat4::from_scale_rotation_translation(Vec3::splat(scale), rotation, position);
+        Instance::at(world_from_object.to_cols_array_2d())
     };
-    (0..OCCLUDERS).map(place).collect()
+    (0..OCCLUDERS).map(world_from_object).collect()
 }
 
-/// Pixels that the back faces of all boxes cover, each box for itself, and how many of them have
-/// their receiver inside.
+/// Returns the number of pixels that the back faces of the boxes cover, counted for each box, and
+/// the number of those whose receiver is inside the box.
 fn cover(spec: &GridSpec, instances: &[Instance], buffer: &Buffer) -> [usize; 2] {
     let mut count = [0; 2];
     for instance in instances {
         let occluder = AogridOccluder::new(spec, TexelFormat::Unorm8, instance).expect("it stands");
-        for ([from, along], position) in buffer.rays.iter().zip(&buffer.positions) {
+        for ([from, direction], position) in buffer.rays.iter().zip(&buffer.positions) {
             let [x, y, z, _] = *position;
             let is_inside = aogrid_is_inside(aogrid_grid_position(&occluder, [x, y, z]));
-            count[0] += usize::from(meets_box(&occluder, *from, *along));
+            count[0] += usize::from(meets_box(&occluder, *from, *direction));
             count[1] += usize::from(is_inside);
         }
     }
@@ -130,16 +137,16 @@ fn cover(spec: &GridSpec, instances: &[Instance], buffer: &Buffer) -> [usize; 2]
 }
 
 /// Whether a ray passes through the grid's box.
-fn meets_box(occluder: &AogridOccluder, from: Vec3, along: Vec3) -> bool {
+fn meets_box(occluder: &AogridOccluder, from: Vec3, direction: Vec3) -> bool {
     let at = |p: Vec3| Vec3::from(aogrid_grid_position(occluder, p.to_array()));
-    let (start, end) = (at(from), at(from + along));
+    let (start, end) = (at(from), at(from + direction));
     let inverse = (end - start).recip();
     let (a, b) = (-start * inverse, (Vec3::ONE - start) * inverse);
     let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
     enter <= leave && leave > 0.0
 }
 
-/// Milliseconds without and with a depth test.
+/// Returns the median milliseconds without and with a depth test.
 fn times(gpu: &Gpu, grid: &GridTexture, instances: &[Instance], buffer: &Buffer) -> [f64; 2] {
     let floats = wgpu::TextureFormat::Rgba32Float;
     let up = vec![[0.0_f32, 1.0, 0.0, 0.0]; buffer.positions.len()];
@@ -164,16 +171,16 @@ fn times(gpu: &Gpu, grid: &GridTexture, instances: &[Instance], buffer: &Buffer)
         prepared.expect("the frame is whole");
         pass
     });
-    let mut seen = [vec![], vec![]];
+    let mut times = [vec![], vec![]];
     for round in 0..=ROUNDS {
-        for (way, pass) in passes.iter().enumerate() {
-            let time = time(gpu, pass, &target, (way == 1).then_some(&depth));
+        for (idx, pass) in passes.iter().enumerate() {
+            let time = time(gpu, pass, &target, (idx == 1).then_some(&depth));
             if round > 0 {
-                seen[way].push(time);
+                times[idx].push(time);
             }
         }
     }
-    seen.map(|mut times| {
+    times.map(|mut times| {
         times.sort_by(f64::total_cmp);
         times[ROUNDS / 2]
     })

@@ -1,12 +1,12 @@
-//! What many occluders cost, by raster and in tiles, and that neither an occluder's triangles nor
-//! the scene's matter (RR-5779, figure 14). Prints two tables.
+//! Measures the cost of many occluders by raster and in tiles, and shows that it depends neither on
+//! the occluders' triangle counts nor on the scene's (RR-5779, figure 14). Prints two tables.
 //!
 //! ```sh
 //! cargo bench -p aogrid-runtime --bench many_occluders
 //! ```
 //!
-//! Ways alternate within each round, and medians are compared: a machine that is busy with something
-//! else slows all of them alike.
+//! The methods alternate within each round, and medians are compared, so that other load on the
+//! machine slows all of them alike.
 
 use std::error::Error;
 use std::time::Instant;
@@ -27,13 +27,13 @@ use wgpu::util::DeviceExt;
 
 const SIZE: [u32; 2] = [512, 384];
 
-/// Half the floor's side.
+/// Half the side length of the floor.
 const FLOOR: f32 = 4.0;
 
-/// Rounds of which the median is taken, after one that warms up.
+/// Measured rounds, after one that warms up; medians are reported.
 const ROUNDS: usize = 9;
 
-const COUNTS: [usize; 5] = [1, 10, 40, 200, 1000];
+const OCCLUDER_COUNTS: [usize; 5] = [1, 10, 40, 200, 1000];
 
 const FLOATS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 
@@ -45,13 +45,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         grid(&Sample::Torus.mesh(None)?)?,
     ];
     let flat = gbuffer(&gpu, &floor(1)?);
-    println!("\nmilliseconds (median of {ROUNDS}), and in tiles over by raster");
+    println!("\nmilliseconds (median of {ROUNDS}), and the ratio of tiles to raster");
     println!(
         "{:>9} {:>8} {:>8} {:>6} {:>9} {:>8} {:>6}",
         "occluders", "multiply", "in tiles", "ratio", "merge", "in tiles", "ratio"
     );
-    for count in COUNTS {
-        let [multiply, tiled_multiply, merge, tiled_merge] = Stage {
+    for count in OCCLUDER_COUNTS {
+        let [multiply, tiled_multiply, merge, tiled_merge] = Workload {
             gpu: &gpu,
             views: &flat,
             grids: &grids,
@@ -84,13 +84,13 @@ fn compare(gpu: &Gpu, name: &str, views: &Views, grids: &[Grid]) -> Result<(), B
     occluders
         .iter_mut()
         .for_each(|(grid, _)| *grid %= grids.len());
-    let stage = Stage {
+    let workload = Workload {
         gpu,
         views,
         grids,
         occluders: &occluders,
     };
-    let [multiply, tiled_multiply, merge, tiled_merge] = stage.measure()?;
+    let [multiply, tiled_multiply, merge, tiled_merge] = workload.measure()?;
     println!("{name:>28} {multiply:>8.2} {tiled_multiply:>8.2} {merge:>8.2} {tiled_merge:>8.2}");
     Ok(())
 }
@@ -118,7 +118,7 @@ impl Gpu {
         })
     }
 
-    /// Records, submits, waits; in milliseconds.
+    /// Returns the milliseconds that recording, submitting and waiting take.
     fn time(&self, record: impl FnOnce(&mut wgpu::CommandEncoder)) -> f64 {
         let start = Instant::now();
         let mut encoder = self.device.create_command_encoder(&Default::default());
@@ -168,21 +168,22 @@ fn descriptor(
     }
 }
 
-/// Positions and normals of what the camera sees.
+/// The positions and normals of the visible surfaces.
 struct Views {
     positions: wgpu::TextureView,
     normals: wgpu::TextureView,
 }
 
-struct Stage<'a> {
+struct Workload<'a> {
     gpu: &'a Gpu,
     views: &'a Views,
     grids: &'a [Grid],
     occluders: &'a [(usize, Instance)],
 }
 
-impl Stage<'_> {
-    /// Medians: multiplied by raster and in tiles, merged by raster and in tiles.
+impl Workload<'_> {
+    /// Returns median milliseconds: multiplied by raster and in tiles, merged by raster and in
+    /// tiles.
     fn measure(&self) -> Result<[f64; 4], Box<dyn Error>> {
         let multiply = self.occlusion_pass()?;
         let merge = self.merge_pass()?;
@@ -267,7 +268,7 @@ impl Stage<'_> {
 
     fn tiled_pass(&self, combine: Combine) -> Result<TiledPass, Box<dyn Error>> {
         let Gpu { device, queue, .. } = self.gpu;
-        // As wide as what the raster pass beside it writes.
+        // The same texel size as the raster pass that it is compared with.
         let (output, target) = match combine {
             Combine::Multiply => (Output::Transmittance, wgpu::TextureFormat::R32Float),
             Combine::Merge => (Output::TransmittanceAndAxis, FLOATS),
@@ -301,7 +302,7 @@ impl Stage<'_> {
     }
 }
 
-/// The widest that the device can multiply into.
+/// Returns the widest format that the device can blend.
 fn blended(gpu: &Gpu) -> wgpu::TextureFormat {
     match gpu
         .device
@@ -339,7 +340,7 @@ fn clip_from_world() -> Mat4 {
         * view::look_at_mat4(Vec3::new(0.0, 5.0, 7.0), Vec3::ZERO, Vec3::Y)
 }
 
-/// What a ray through each pixel hits.
+/// Ray traces the G-buffer: the closest hit of a ray through each pixel.
 fn gbuffer(gpu: &Gpu, mesh: &TriangleMesh) -> Views {
     let scene = Occluder::new(mesh);
     let world_from_clip = clip_from_world().inverse();
@@ -352,12 +353,12 @@ fn gbuffer(gpu: &Gpu, mesh: &TriangleMesh) -> Views {
         ];
         let at = |depth| (world_from_clip * Vec4::new(ndc[0], ndc[1], depth, 1.0)).project();
         let (near, far) = (at(0.0).as_dvec3(), at(1.0).as_dvec3());
-        let along = (far - near).normalize();
-        let hit = scene.nearest(near.to_array(), along.to_array());
+        let direction = (far - near).normalize();
+        let hit = scene.nearest(near.to_array(), direction.to_array());
         let (position, normal) = hit.map_or((Vec3::NAN, Vec3::Y), |hit| {
             let [a, b, c] = corners[hit.triangle as usize].map(Vec3::from);
             let normal = (b - a).cross(c - a).normalize();
-            ((near + along * hit.distance).as_vec3(), normal)
+            ((near + direction * hit.distance).as_vec3(), normal)
         });
         positions.push(position.extend(1.0).to_array());
         normals.push(normal.extend(0.0).to_array());
@@ -368,7 +369,7 @@ fn gbuffer(gpu: &Gpu, mesh: &TriangleMesh) -> Views {
     }
 }
 
-/// A slightly wavy floor of so many cells along each side.
+/// Returns a slightly wavy floor with `cells` cells along each side.
 fn floor(cells: u32) -> Result<TriangleMesh, Box<dyn Error>> {
     let n = cells + 1;
     let vertex = |i: u32| {
@@ -406,11 +407,11 @@ fn grid(mesh: &TriangleMesh) -> Result<Grid, Box<dyn Error>> {
     Ok(post::finish(raw, &placement, &options, source)?)
 }
 
-/// Objects on the floor, alike in size whatever their number: the more, the more overlap.
+/// Returns `count` objects on the floor. Their size is fixed, so overlap grows with their number.
 fn crowd(count: usize) -> Vec<(usize, Instance)> {
-    let place = |i: usize| {
-        // Numbers without a common measure spread evenly.
-        let [x, z, turn] =
+    let world_from_object = |i: usize| {
+        // Multiples of incommensurable numbers spread evenly.
+        let [x, z, rotation] =
             [0.754_877_7, 0.569_840_3, 0.618_034].map(|step| (i as f32 * step).fract());
         let at = Vec3::new(
             (2.0 * x - 1.0) * 0.9 * FLOOR,
@@ -418,10 +419,10 @@ fn crowd(count: usize) -> Vec<(usize, Instance)> {
             (2.0 * z - 1.0) * 0.9 * FLOOR,
         );
         Mat4::from_translation(at)
-            * Mat4::from_rotation_y(turn * std::f32::consts::TAU)
+            * Mat4::from_rotation_y(rotation * std::f32::consts::TAU)
             * Mat4::from_scale(Vec3::splat(0.3))
     };
     (0..count)
-        .map(|i| (i % 2, Instance::at(place(i).to_cols_array_2d())))
+        .map(|i| (i % 2, Instance::at(world_from_object(i).to_cols_array_2d())))
         .collect()
 }

@@ -9,7 +9,7 @@ use aogrid_grid_format::Grid;
 use aogrid_runtime::{AogridOccluder, GridTexture, Instance, tables, wgsl};
 use wgpu::util::DeviceExt;
 
-/// Pixels along a side: copies want rows of a multiple of 256 bytes.
+/// Pixels along each side. Texture-to-buffer copies need rows of a multiple of 256 bytes.
 const SIZE: u32 = 512;
 
 const SHADER: &str = "
@@ -48,7 +48,7 @@ async fn shade(grid: &Grid) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
     let adapter = instance.request_adapter(&Default::default()).await?;
     let (device, queue) = &adapter.request_device(&Default::default()).await?;
 
-    // What the library brings: the grid's texture, T_clip, a sampler, and the occluder's uniform.
+    // Provided by the library: the grid's texture, T_clip, a sampler, and the occluder's uniform.
     let texture = GridTexture::new(device, queue, grid, "grid")?;
     let table = tables::transmittance_table(device, queue);
     let sampler = tables::linear_clamp_sampler(device);
@@ -59,7 +59,7 @@ async fn shade(grid: &Grid) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
         contents: bytemuck::bytes_of(&occluder),
         usage: wgpu::BufferUsages::UNIFORM,
     });
-    // What any renderer has.
+    // Present in any renderer: a pipeline with its bindings, and a target.
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some("floor"),
         source: wgpu::ShaderSource::Wgsl([wgsl::SHADING, SHADER].concat().into()),
@@ -119,6 +119,7 @@ async fn shade(grid: &Grid) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
         usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
         mapped_at_creation: false,
     });
+    // Draw one full-screen triangle, then copy the image to a buffer that can be mapped.
     let mut encoder = device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         color_attachments: &[Some(wgpu::RenderPassColorAttachment {

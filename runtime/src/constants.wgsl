@@ -1,6 +1,6 @@
 // aogrid: constants of the shading library, generated from Rust (`runtime/src/wgsl.rs`).
 
-// T_clip's nodes lie at the ends of its axes: a look-up at x goes to x * SCALE + OFFSET.
+// T_clip has nodes at both ends of its axes: x is looked up at x * SCALE + OFFSET.
 const AOGRID_CLIP_FRACTION_SCALE = 0.984375;
 const AOGRID_CLIP_FRACTION_OFFSET = 0.0078125;
 // The same for (cos beta + 1) / 2, with cos beta as the argument.
@@ -11,20 +11,20 @@ const AOGRID_MERGE_FRACTION_SCALE = -0.48958334;
 const AOGRID_MERGE_FRACTION_OFFSET = 0.5;
 const AOGRID_MERGE_ANGLE_SCALE = 0.3083627;
 const AOGRID_MERGE_ANGLE_OFFSET = 0.015625;
-// Squared length below which an axis is rounding and counts as none.
+// The squared length below which an axis is rounding noise and counts as no axis.
 const AOGRID_AXIS_GUARD = 1e-8;
-// Keeps the closed form of T_clip finite where the plane touches the cone's rim.
-const AOGRID_RIM_GUARD = 1e-12;
-// Fractions and cosines below which there is none.
+// Keeps the closed form of T_clip finite where the tangent plane touches the cone's rim.
+const AOGRID_RIM_EPSILON = 1e-12;
+// The lower bound for fractions and cosines used as divisors; smaller values count as zero.
 const AOGRID_FRACTION_GUARD = 1e-6;
-// An environment's map: its last level, whose cones are hemispheres, and level 0's rows.
+// The environment map: its last level, whose cones are hemispheres, and the rows of level 0.
 const AOGRID_ENVIRONMENT_LAST_LEVEL = 4.0;
 const AOGRID_ENVIRONMENT_HEIGHT = 256.0;
-// The id of no object.
+// The id that stands for no object.
 const AOGRID_NO_OBJECT = 4294967295u;
-// Pixels along a tile's side, words of 32 occluders that a tile has room for, its lists.
+// Tiles: the side in pixels, the maximum number of words (32 occluders) in a list, the lists.
 const AOGRID_TILE = 16u;
 const AOGRID_TILE_WORDS = 128u;
-const AOGRID_LIST_OF_RECEIVERS = 0u;
-const AOGRID_LIST_OF_ANYTHING = 1u;
+const AOGRID_LIST_OPAQUE = 0u;
+const AOGRID_LIST_ALL_DEPTHS = 1u;
 const AOGRID_PI = 3.1415927;

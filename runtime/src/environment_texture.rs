@@ -2,8 +2,7 @@
 
 use crate::EnvironmentMap;
 
-/// The texture of an [`EnvironmentMap`], 1.4 MiB, and the sampler that it is looked up with.
-/// Clones share them.
+/// The texture of an [`EnvironmentMap`], 1.4 MiB, and its sampler. Clones share them.
 #[derive(Clone, Debug)]
 pub struct EnvironmentTexture {
     view: wgpu::TextureView,
@@ -11,8 +10,8 @@ pub struct EnvironmentTexture {
 }
 
 impl EnvironmentTexture {
-    /// Uploads a map: the writes are made with the queue's next submission. `label` names it in
-    /// graphics debuggers. Every device can hold and filter it.
+    /// Uploads a map. The writes take effect with the queue's next submission. `label` names the
+    /// texture in graphics debuggers. Every device can hold and filter it.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -41,12 +40,12 @@ impl EnvironmentTexture {
         }
     }
 
-    /// All levels, for a shader of your own.
+    /// A view of all levels, for your own shaders.
     pub fn view(&self) -> &wgpu::TextureView {
         &self.view
     }
 
-    /// Linear, repeated across, clamped down.
+    /// The sampler: linear, repeating horizontally, clamped vertically.
     pub fn sampler(&self) -> &wgpu::Sampler {
         &self.sampler
     }

@@ -12,19 +12,19 @@ pub struct GridTexture {
     format: TexelFormat,
 }
 
-/// Why a device cannot take a grid.
+/// The reasons why a device cannot hold a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GridTextureError {
     /// The grid holds single floats, which the device cannot filter.
     #[error("an f32 grid needs the device feature FLOAT32_FILTERABLE; bake it as f16 or unorm8")]
     Float32,
-    /// More cells along an axis than the device's 3D textures have.
+    /// The grid has more cells along an axis than the device's 3D textures can have.
     #[error(
-        "{resolution:?} cells are more than the device's {limit} along an axis of a 3D texture"
+        "{resolution:?} cells exceed the device's limit of {limit} along an axis of a 3D texture"
     )]
     Resolution {
-        /// The grid's.
+        /// The grid's resolution.
         resolution: [u32; 3],
         /// The device's limit.
         limit: u32,
@@ -32,12 +32,12 @@ pub enum GridTextureError {
 }
 
 impl GridTexture {
-    /// Uploads `grid`: the write is made with the queue's next submission. `label` names it in
-    /// graphics debuggers.
+    /// Uploads `grid`. The write takes effect with the queue's next submission. `label` names the
+    /// texture in graphics debuggers.
     ///
     /// # Errors
     ///
-    /// A grid that the device cannot hold or filter.
+    /// If the device cannot hold or filter the grid.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -69,22 +69,22 @@ impl GridTexture {
         })
     }
 
-    /// The whole texture, for a shader of your own.
+    /// The whole texture, for your own shaders.
     pub fn view(&self) -> &wgpu::TextureView {
         &self.view
     }
 
-    /// Where the grid's cells lie.
+    /// The grid's resolution and box.
     pub fn spec(&self) -> &GridSpec {
         &self.spec
     }
 
-    /// What a texel means.
+    /// The quantities that a texel holds.
     pub fn encoding(&self) -> Encoding {
         self.encoding
     }
 
-    /// How a value is stored.
+    /// The storage format of a channel.
     pub fn format(&self) -> TexelFormat {
         self.format
     }
@@ -94,7 +94,7 @@ impl GridTexture {
     }
 }
 
-/// The layout of the bind group that every [`GridTexture`] brings. Layouts made alike are
+/// The layout of the bind group of every [`GridTexture`]. Layouts that were created alike are
 /// interchangeable.
 pub(crate) fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
@@ -112,7 +112,7 @@ pub(crate) fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     })
 }
 
-/// Refuses what the device cannot hold or filter.
+/// Rejects grids that the device cannot hold or filter.
 pub(crate) fn check(device: &wgpu::Device, grid: &Grid) -> Result<(), GridTextureError> {
     let can_filter = wgpu::Features::FLOAT32_FILTERABLE;
     if grid.format() == TexelFormat::F32 && !device.features().contains(can_filter) {
@@ -153,7 +153,7 @@ pub(crate) fn write(
     [x, y, z]: [u32; 3],
 ) {
     let [width, height, depth] = grid.spec().resolution();
-    let place = wgpu::TexelCopyTextureInfo {
+    let destination = wgpu::TexelCopyTextureInfo {
         origin: wgpu::Origin3d { x, y, z },
         ..texture.as_image_copy()
     };
@@ -162,7 +162,12 @@ pub(crate) fn write(
         bytes_per_row: Some(width * grid.texel_bytes() as u32),
         rows_per_image: Some(height),
     };
-    queue.write_texture(place, grid.texels(), layout, extent([width, height, depth]));
+    queue.write_texture(
+        destination,
+        grid.texels(),
+        layout,
+        extent([width, height, depth]),
+    );
 }
 
 fn extent([width, height, depth_or_array_layers]: [u32; 3]) -> wgpu::Extent3d {

@@ -1,4 +1,4 @@
-//! Shades scenes with baked ambient-occlusion grids: a WGSL library, a wgpu pass, and their CPU twin.
+//! Shades scenes with baked ambient-occlusion grids: a WGSL library, wgpu passes, and a CPU twin.
 //!
 //! ```
 //! use aogrid_grid_format::Grid;
@@ -6,9 +6,10 @@
 //! use aogrid_runtime::{AogridOccluder, Instance, LinearTexture};
 //!
 //! # fn shade(bytes: &[u8]) -> Result<f32, Box<dyn std::error::Error>> {
-//! // What a GPU does per pixel, on the CPU.
+//! // The per-pixel computation of the GPU, on the CPU.
 //! let grid = Grid::from_bytes(bytes)?;
-//! let world_from_object = [[1., 0., 0., 0.], [0., 1., 0., 0.], [0., 0., 1., 0.], [0., 2., 0., 1.]];
+//! let world_from_object =
+//!     [[1., 0., 0., 0.], [0., 1., 0., 0.], [0., 0., 1., 0.], [0., 2., 0., 1.]];
 //! let instance = Instance { strength: 0.8, ..Instance::at(world_from_object) };
 //! let occluder = AogridOccluder::new(grid.spec(), grid.format(), &instance)?;
 //! let texture = LinearTexture::of_grid(&grid);
@@ -20,36 +21,40 @@
 //!
 //! # Theory
 //!
-//! A receiver looks a grid up at its position (RR-5779, 3.2). With occlusion alone (RR-5779, 4)
-//! AO = 2a, or on the occluder's own surface 2a − 1: half of that is printed. With the axis d, too
-//! (RR-5779, 5.1), the cone is clipped by the receiver's tangent plane: AO = T_clip(a, d·n). What
-//! multiplies ambient light, and only ambient light, is the transmittance 1 − AO; those of several
-//! occluders are multiplied (RR-5779, 5.2.1), or their cones merged (RR-5779, 5.2.2): a running
-//! pair of AO and summed axis D, AO = 2 T_merge(AO/2, AOᵢ/2, ∠(D, dᵢ′)), D += (AOᵢ/2) dᵢ′.
+//! A grid is sampled at the receiver's position (RR-5779, 3.2). With occlusion alone (RR-5779, 4),
+//! AO = 2a, or 2a − 1 on the occluder's own surface; the paper prints half of that. With the axis d
+//! as well (RR-5779, 5.1), the cone is clipped by the receiver's tangent plane: AO = T_clip(a,
+//! d·n). The transmittance 1 − AO multiplies ambient light, and only ambient light. Several
+//! occluders are combined either by multiplying their transmittances (RR-5779, 5.2.1) or by merging
+//! their cones (RR-5779, 5.2.2). Merging keeps a running AO and a summed axis D: AO = 2
+//! T_merge(AO/2, AOᵢ/2, ∠(D, dᵢ′)), D += (AOᵢ/2) dᵢ′.
 //!
-//! What we do differently: the axis is normalised after filtering; directions turn with the
-//! object's linear part, as they are stored in object axes; T_clip's texture holds 1 − AO; outside
-//! its box an occluder does nothing at all. T_merge's texture holds what two cones share, which leaves
-//! a cone that meets nothing exactly as it is. Merging depends on the order from three occluders on:
-//! it is the caller's everywhere. A grid that is looked up by an instance that is turned,
-//! mirrored or uniformly scaled is exact; any other scale changes solid angles.
+//! Differences from the papers: the axis is normalized after filtering; directions are stored in
+//! object axes and transformed by the linear part of the object's transform; the T_clip texture
+//! holds 1 − AO; an occluder has no effect outside its box. The T_merge texture holds the fraction
+//! that two cones share, so that a cone that overlaps no other stays exactly as it is. With three
+//! or more occluders the result of merging depends on their order, which is the caller's in every
+//! pass. Grids are exact for instances that are rotated, reflected or uniformly scaled; any other
+//! scale changes solid angles.
 //!
 //! # Practice
 //!
-//! * [`wgsl::SHADING`]: the library as text, pure functions for any shader. [`shading`] is its twin:
-//!   the same names, in Rust.
+//! * [`wgsl::SHADING`]: the library as text, pure functions for any shader. [`shading`] is its CPU
+//!   twin: the same names, in Rust.
 //! * [`Instance`] and a grid make an [`AogridOccluder`], the uniform that both read.
-//! * [`GridTexture`], [`tables`]: what a device needs, uploaded once, shared by all instances.
-//! * [`OcclusionPass`]: new, prepare, draw; the back faces of the boxes over a G-buffer, multiplied.
-//! * [`MergePass`]: the same, merged, between a pair of buffers.
-//! * [`TiledPass`]: either in one dispatch, for many occluders; its lists serve forward and
-//!   transparent shaders. [`GridAtlas`]: the grids in one texture that it reads.
-//! * [`EnvironmentMap`], [`EnvironmentPass`], [`wgsl::ENVIRONMENT`] and its twin [`environment`]: light
-//!   from all around, less what the occluders hide of it.
-//! * [`LinearTexture`]: a texture and its filter on the CPU.
+//! * [`GridTexture`], [`tables`]: the GPU resources, uploaded once and shared by all instances.
+//! * [`OcclusionPass`]: new, prepare, draw. Draws the back faces of the boxes over a G-buffer with
+//!   multiplicative blending.
+//! * [`MergePass`]: the same with merged cones, alternating between two buffers.
+//! * [`TiledPass`]: multiplies or merges in compute dispatches, for many occluders; forward and
+//!   transparent shaders can read its lists. [`GridAtlas`]: the one texture with all grids that it
+//!   reads.
+//! * [`EnvironmentMap`], [`EnvironmentPass`], [`wgsl::ENVIRONMENT`] and its twin [`environment`]:
+//!   environment light, less the part that the occluders block.
+//! * [`LinearTexture`]: a texture and its linear filter on the CPU.
 //!
-//! Nothing here creates a device, submits, or waits; every object on the device has a label.
-//! `docs/runtime.md` is the guide; the version of wgpu is [re-exported](wgpu).
+//! The crate creates no device, submits nothing and never waits; every GPU object has a label.
+//! `docs/runtime.md` is the guide; the version of wgpu in use is [re-exported](wgpu).
 
 pub mod environment;
 pub mod shading;
@@ -88,4 +93,4 @@ pub use tiled_pass::{
     AogridAtlasOccluder, AogridTiles, Combine, TiledFrame, TiledPass, TiledPassDescriptor,
 };
 pub use wgpu;
-pub use wgsl::{AOGRID_LIST_OF_ANYTHING, AOGRID_LIST_OF_RECEIVERS, AOGRID_NO_OBJECT, AOGRID_TILE};
+pub use wgsl::{AOGRID_LIST_ALL_DEPTHS, AOGRID_LIST_OPAQUE, AOGRID_NO_OBJECT, AOGRID_TILE};

@@ -1,24 +1,24 @@
-//! Textures on the CPU, with the filter of a linear, clamped sampler: what the twin reads.
+//! Textures on the CPU, with the filter of a linear, clamped sampler, for the CPU twin.
 
 use aogrid_grid_format::{Grid, TexelFormat};
 use aogrid_tables::{ClipTable, Format, MergeTable};
 use half::f16;
 
-/// A texture as a shader reads it: channels that are stored, then 0, 0 and 1.
+/// A texture as a shader reads it: missing channels are 0, and 1 in alpha.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearTexture {
     size: [usize; 3],
     texels: Vec<[f32; 4]>,
 }
 
-/// The two texels between which an axis is interpolated, and the weight of the second.
+/// The two texels of a linear interpolation along one axis, and the weight of the second.
 struct Span {
     texels: [usize; 2],
     weight: f32,
 }
 
 impl LinearTexture {
-    /// A grid's texture, its directions not yet decoded.
+    /// The texture of a grid; its directions are not decoded.
     pub fn of_grid(grid: &Grid) -> Self {
         let channels = grid.encoding().channels();
         let stored = grid.texels().chunks_exact(grid.format().channel_bytes());
@@ -29,7 +29,7 @@ impl LinearTexture {
         }
     }
 
-    /// T_clip as transmittance, 1 − AO, in one channel: what the multiplying passes look up.
+    /// T_clip as transmittance, 1 − AO, in one channel, as the multiplying passes sample it.
     pub fn transmittance_table() -> Self {
         Self::table(
             clip_size(),
@@ -38,24 +38,26 @@ impl LinearTexture {
         )
     }
 
-    /// The whole T_clip: AO, a′, f, 1.
+    /// T_clip with all channels: AO, a′, f, 1.
     pub fn clip_table() -> Self {
         Self::table(clip_size(), aogrid_tables::clip_texels(Format::F16), 4)
     }
 
-    /// What T_merge takes off: the fraction that two cones share.
+    /// The overlap table of T_merge: the fraction that two cones share.
     pub fn intersection_table() -> Self {
         let texels = aogrid_tables::intersection_texels(Format::F16);
         Self::table(MergeTable::SIZE, &texels, 1)
     }
 
-    /// Linear filtering at normalised coordinates, clamped to the edge. z of a 2D texture: 0.5.
+    /// Samples with linear filtering at normalized coordinates, clamped to the edge; z is 0.5 for a
+    /// 2D texture.
     pub fn sample(&self, coordinates: [f32; 3]) -> [f32; 4] {
         let [x, y, z] = std::array::from_fn(|axis| Span::new(coordinates[axis], self.size[axis]));
         let row = |y, z| x.mix(|x| self.texels[x + self.size[0] * (y + self.size[1] * z)]);
         z.mix(|z| y.mix(|y| row(y, z)))
     }
 
+    /// A table of half floats.
     fn table(size: [usize; 3], f16_texels: &[u8], channels: usize) -> Self {
         let values: Vec<f32> = f16_texels
             .chunks_exact(2)
@@ -90,7 +92,7 @@ impl Span {
     fn new(coordinate: f32, size: usize) -> Self {
         let position = coordinate * size as f32 - 0.5;
         let below = position.floor();
-        // A float becomes the nearest index that there is; NaN becomes 0.
+        // The cast truncates and saturates; NaN becomes 0.
         let clamp = |texel: f32| (texel.max(0.0) as usize).min(size - 1);
         Self {
             texels: [clamp(below), clamp(below + 1.0)],

@@ -1,4 +1,4 @@
-//! One occluder: a grid, and where its object stands.
+//! One occluder: a grid and the transform of its object.
 
 use aogrid_grid_format::{GridSpec, TexelFormat};
 use bytemuck::{Pod, Zeroable};
@@ -6,27 +6,27 @@ use glam::{DMat4, DVec3, Vec3};
 
 use crate::AOGRID_NO_OBJECT;
 
-/// Where an object stands, and what it shades.
+/// An instance of an object: its transform and the receivers that it shades.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instance {
-    /// Object space to world space, in columns, as in WGSL and glam. Rotation, uniform scale,
-    /// reflection and translation are exact. With a non-uniform scale solid angles change, and what
-    /// was baked is no longer true: it is shaded as an approximation.
+    /// The map from object space to world space, in columns, as in WGSL and glam. Rotation, uniform
+    /// scale, reflection and translation are exact. A non-uniform scale changes solid angles: the
+    /// baked values are then an approximation.
     pub world_from_object: [[f32; 4]; 4],
-    /// 0: casts nothing, 1: as baked.
+    /// The strength of the occlusion: 0 for none, 1 as baked.
     pub strength: f32,
-    /// It shades receivers that share a bit with this mask.
+    /// A mask: the occluder shades receivers that share a bit with it.
     pub layers: u32,
-    /// The id of its own pixels in the G-buffer, or [`AOGRID_NO_OBJECT`]. Occlusion without a
-    /// direction needs it to shade the object itself.
+    /// The id of its own pixels in the G-buffer, or [`AOGRID_NO_OBJECT`]. Occlusion-only shading
+    /// needs it to shade the object itself.
     pub object_id: u32,
-    /// Up to four ids of receivers that it does not shade, for example its own; the rest
-    /// [`AOGRID_NO_OBJECT`].
+    /// The ids of up to four receivers that it does not shade, for example its own; unused slots
+    /// hold [`AOGRID_NO_OBJECT`].
     pub excluded: [u32; 4],
 }
 
 impl Instance {
-    /// Full strength, on every receiver.
+    /// An instance of full strength that shades every receiver.
     pub fn at(world_from_object: [[f32; 4]; 4]) -> Self {
         Self {
             world_from_object,
@@ -38,65 +38,65 @@ impl Instance {
     }
 }
 
-/// Why an instance cannot be shaded.
+/// The reasons why an instance cannot be shaded.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum InstanceError {
-    /// A number that is infinite or NaN, or becomes so.
-    #[error("the transform has numbers that are not finite, or too large or small to be inverted")]
+    /// A number is infinite or NaN, or becomes so.
+    #[error("the transform has numbers that are not finite, or too large or too small to invert")]
     NotFinite,
-    /// A projection in place of an affine transform.
+    /// The matrix is a projection instead of an affine transform.
     #[error("the transform's last row is {0:?} instead of [0, 0, 0, 1]: it is not affine")]
     NotAffine([f32; 4]),
-    /// It flattens the object.
-    #[error("the transform cannot be inverted: it scales some direction to nothing")]
+    /// The transform flattens the object.
+    #[error("the transform cannot be inverted: it scales some direction to zero")]
     Singular,
-    /// A strength that is none.
+    /// The strength is outside 0..=1.
     #[error("strength {0} is not in 0..=1")]
     Strength(f32),
 }
 
-/// What shaders read of an occluder: the struct of the same name in the WGSL library, 128 bytes,
-/// for a uniform or storage buffer.
+/// The shader data of an occluder: the struct of the same name in the WGSL library, 128 bytes, for
+/// a uniform or storage buffer.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct AogridOccluder {
-    /// First row of grid_from_world, which takes a world position to \[0,1\]³ of the grid's box.
+    /// First row of grid_from_world, which maps a world position to \[0,1\]³ of the grid's box.
     pub grid_x: [f32; 4],
     /// Second row.
     pub grid_y: [f32; 4],
     /// Third row.
     pub grid_z: [f32; 4],
-    /// First row of what takes a texel's rgb to the cone's axis in world space.
+    /// First row of the map from a texel's rgb to the cone's axis in world space.
     pub axis_x: [f32; 4],
     /// Second row.
     pub axis_y: [f32; 4],
     /// Third row.
     pub axis_z: [f32; 4],
-    /// Ids of receivers that it does not shade.
+    /// The ids of receivers that it does not shade.
     pub excluded: [u32; 4],
     /// Its own id.
     pub object_id: u32,
-    /// It shades receivers that share a bit with this mask.
+    /// A mask: the occluder shades receivers that share a bit with it.
     pub layers: u32,
     /// 0..=1.
     pub strength: f32,
     /// 1 − strength.
-    pub weakness: f32,
+    pub one_minus_strength: f32,
 }
 
 impl AogridOccluder {
-    /// An occluder with a grid of this placement and texel format.
+    /// Builds an occluder from a grid's specification and texel format, and an instance.
     ///
     /// # Errors
     ///
-    /// A transform that is not affine, finite and invertible, or a strength outside 0..=1.
+    /// If the transform is not affine, finite and invertible, or the strength is outside 0..=1.
     pub fn new(
         spec: &GridSpec,
         format: TexelFormat,
         instance: &Instance,
     ) -> Result<Self, InstanceError> {
-        let world_from_object = checked(instance)?;
+        let world_from_object = validated_transform(instance)?;
         let grid_from_world = (world_from_object * object_from_grid(spec)).inverse();
         let [scale, offset] = direction_decoding(format);
         let [grid_x, grid_y, grid_z] = rows(grid_from_world)?;
@@ -112,21 +112,23 @@ impl AogridOccluder {
             object_id: instance.object_id,
             layers: instance.layers,
             strength: instance.strength,
-            weakness: 1.0 - instance.strength,
+            one_minus_strength: 1.0 - instance.strength,
         })
     }
 }
 
-/// \[0,1\]³ to the box, a little larger and turned inside out where the instance mirrors, so that
-/// its faces always wind the same way: what a raster pass draws, in columns.
+/// The map from \[0,1\]³ to the clip-space box that a raster pass draws, in columns. The box is
+/// slightly enlarged, and mirrored if the instance is a reflection, so that its faces always have
+/// the same winding.
 pub(crate) fn clip_from_box(
     clip_from_world: [[f32; 4]; 4],
     spec: &GridSpec,
     instance: &Instance,
 ) -> Result<[[f32; 4]; 4], InstanceError> {
-    /// Covers every pixel whose receiver is inside, whatever the rasteriser rounds.
+    /// The factor that enlarges the box, so that every pixel whose receiver is inside is covered
+    /// despite the rasterizer's rounding.
     const GROWTH: f64 = 1.001;
-    let world_from_object = checked(instance)?;
+    let world_from_object = validated_transform(instance)?;
     let mirrored = world_from_object.determinant() < 0.0;
     let size = DVec3::new(if mirrored { -GROWTH } else { GROWTH }, GROWTH, GROWTH);
     let grow = DMat4::from_translation(DVec3::splat(0.5))
@@ -137,7 +139,7 @@ pub(crate) fn clip_from_box(
     finite(clip_from_box).map(|m| m.as_mat4().to_cols_array_2d())
 }
 
-/// World space from clip space, in columns.
+/// The map from clip space to world space, in columns.
 pub(crate) fn world_from_clip(
     clip_from_world: [[f32; 4]; 4],
 ) -> Result<[[f32; 4]; 4], InstanceError> {
@@ -145,7 +147,8 @@ pub(crate) fn world_from_clip(
     finite(inverse).map(|m| m.as_mat4().to_cols_array_2d())
 }
 
-fn checked(instance: &Instance) -> Result<DMat4, InstanceError> {
+/// Returns the instance's transform, if the instance is valid.
+fn validated_transform(instance: &Instance) -> Result<DMat4, InstanceError> {
     let m = finite(dmat4(instance.world_from_object))?;
     let last = m.row(3).as_vec4().to_array();
     if last != [0.0, 0.0, 0.0, 1.0] {
@@ -166,8 +169,8 @@ fn object_from_grid(spec: &GridSpec) -> DMat4 {
     DMat4::from_translation(center - half_extents) * DMat4::from_scale(2.0 * half_extents)
 }
 
-/// d = scale · t + offset for a texel's channel t as a shader reads it (the grid file's own
-/// decoding; see `aogrid_grid_format::TexelFormat`).
+/// Returns \[scale, offset\] of the decoding d = scale · t + offset, for a texel's channel t as a
+/// shader reads it (the grid file's own decoding; see `aogrid_grid_format::TexelFormat`).
 fn direction_decoding(format: TexelFormat) -> [f64; 2] {
     match format {
         TexelFormat::Unorm8 => [255.0 / 127.0, -128.0 / 127.0],
@@ -175,8 +178,8 @@ fn direction_decoding(format: TexelFormat) -> [f64; 2] {
     }
 }
 
-/// The instance's linear part, without its size, on a decoded direction: axes come out about as
-/// long as they are stored, whatever the scale, and one guard serves all.
+/// The map from a texel's rgb to the axis: the decoding, then the instance's linear part divided by
+/// its scale. Axes about keep their stored length at any scale, so that one threshold serves all.
 fn axis_from_texel(world_from_object: DMat4, scale: f64, offset: f64) -> DMat4 {
     let size = world_from_object.determinant().abs().cbrt();
     let mut linear = world_from_object * (1.0 / size);
@@ -190,7 +193,7 @@ fn rows(m: DMat4) -> Result<[[f32; 4]; 3], InstanceError> {
     Ok([0, 1, 2].map(|row| m.row(row).as_vec4().to_array()))
 }
 
-/// Only what is finite in single floats too.
+/// Returns the matrix, if it is finite in single precision too.
 fn finite(m: DMat4) -> Result<DMat4, InstanceError> {
     match m.as_mat4().is_finite() {
         true => Ok(m),
@@ -218,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn transforms_that_nothing_can_be_shaded_with_are_refused() {
+    fn invalid_transforms_and_strengths_are_refused() {
         let with = |column: usize, row: usize, value: f32| {
             let mut m = IDENTITY;
             m[column][row] = value;
@@ -241,14 +244,14 @@ mod tests {
     }
 
     #[test]
-    fn stored_bytes_become_the_directions_that_the_format_says() {
+    fn unorm8_directions_decode_as_the_format_says() {
         use crate::shading::aogrid_axis;
         let occluder =
             AogridOccluder::new(&spec(), TexelFormat::Unorm8, &Instance::at(IDENTITY)).unwrap();
         for (byte, expected) in [(1_u8, -1.0_f32), (128, 0.0), (255, 1.0)] {
             let t = f32::from(byte) / 255.0;
             let axis = aogrid_axis(&occluder, [t, 128.0 / 255.0, t]);
-            // The rounding of the folded decoding, of the size of 1.
+            // The combined map rounds at the magnitude of 1.
             assert!((axis[0] - expected).abs() < 2e-7 && axis[1].abs() < 2e-7);
             assert_eq!(axis[0], axis[2]);
         }

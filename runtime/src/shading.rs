@@ -1,20 +1,20 @@
 //! The CPU twin of `shading.wgsl`: the same functions under the same names, in single floats.
 //!
-//! What is un-idiomatic here (free functions with a prefix, an occluder passed first) is so to
-//! be read side by side with the WGSL. Where that says `fma`, this multiplies and adds: the
-//! difference is one rounding, and far below what a texture filter makes.
+//! The un-idiomatic parts (free functions with a prefix, the occluder as first argument) allow it
+//! to be read side by side with the WGSL. An `fma` there is a multiplication and an addition here:
+//! the difference is one rounding, far below the error of a texture filter.
 
 use crate::wgsl::{
     AOGRID_AXIS_GUARD, AOGRID_CLIP_COS_OFFSET, AOGRID_CLIP_COS_SCALE, AOGRID_CLIP_FRACTION_OFFSET,
     AOGRID_CLIP_FRACTION_SCALE, AOGRID_MERGE_ANGLE_OFFSET, AOGRID_MERGE_ANGLE_SCALE,
-    AOGRID_MERGE_FRACTION_OFFSET, AOGRID_MERGE_FRACTION_SCALE, AOGRID_PI, AOGRID_RIM_GUARD,
+    AOGRID_MERGE_FRACTION_OFFSET, AOGRID_MERGE_FRACTION_SCALE, AOGRID_PI, AOGRID_RIM_EPSILON,
     AOGRID_TILE,
 };
 use crate::{AogridAtlasOccluder, AogridOccluder, AogridTiles, LinearTexture};
 
 // ---- One call per occluder --------------------------------------------------------------------
 
-/// Transmittance, 1 − AO, of a cone grid at a receiver in world space; 1 outside the grid's box.
+/// The transmittance 1 − AO of a cone grid at a receiver in world space; 1 outside the grid's box.
 /// `normal` is the receiver's unit normal, `table` T_clip as transmittance (RR-5779, 5.1).
 pub fn aogrid_cone(
     occluder: &AogridOccluder,
@@ -28,11 +28,12 @@ pub fn aogrid_cone(
     if aogrid_is_inside(p_grid) { t } else { 1.0 }
 }
 
-/// `before`, merged with a cone grid (RR-5779, 5.2.2): for objects that overlap as seen from the
-/// receiver. Begin with \[0, 0, 0, 1\]; the last w is the transmittance. From three occluders on
-/// their order matters: keep it. `clip` is the whole T_clip, `overlaps` what T_merge takes off.
+/// Merges a cone grid into `accumulated` (RR-5779, 5.2.2), for objects that overlap as seen from
+/// the receiver. Start with \[0, 0, 0, 1\]; the last w is the transmittance. The result depends on
+/// the order of three or more occluders: keep it fixed. `clip` is T_clip with all channels,
+/// `overlaps` the overlap table of T_merge.
 pub fn aogrid_merge_cone(
-    before: [f32; 4],
+    accumulated: [f32; 4],
     occluder: &AogridOccluder,
     grid: &LinearTexture,
     clip: &LinearTexture,
@@ -42,14 +43,14 @@ pub fn aogrid_merge_cone(
 ) -> [f32; 4] {
     let p_grid = aogrid_grid_position(occluder, position);
     if !aogrid_is_inside(p_grid) {
-        return before;
+        return accumulated;
     }
-    let one = aogrid_cone_with_axis_at(occluder, grid, clip, p_grid, normal);
-    aogrid_merge(before, one, overlaps)
+    let contribution = aogrid_cone_with_axis_at(occluder, grid, clip, p_grid, normal);
+    aogrid_merge(accumulated, contribution, overlaps)
 }
 
-/// [`aogrid_cone`] for a grid whose outer cells are all open, as after either boundary treatment:
-/// such a grid needs no test against its box, as its edge goes on outside.
+/// [`aogrid_cone`] without the box test, for a grid whose outer cells are all open, as after either
+/// boundary treatment: the clamped sampler extends the open cells beyond the box.
 pub fn aogrid_cone_faded(
     occluder: &AogridOccluder,
     grid: &LinearTexture,
@@ -61,7 +62,7 @@ pub fn aogrid_cone_faded(
     aogrid_cone_at(occluder, grid, table, p_grid, normal)
 }
 
-/// Transmittance of an occlusion-only grid, without regard to the receiver's normal (RR-5779, 4);
+/// The transmittance of an occlusion-only grid, independent of the receiver's normal (RR-5779, 4);
 /// 1 outside the grid's box. `on_itself`: the receiver belongs to the occluder.
 pub fn aogrid_occlusion(
     occluder: &AogridOccluder,
@@ -99,14 +100,14 @@ pub fn aogrid_shades(occluder: &AogridOccluder, object_id: u32, layers: u32) -> 
     occluder.layers & layers != 0 && occluder.excluded.iter().all(|&id| id != object_id)
 }
 
-// ---- The parts ---------------------------------------------------------------------------------
+// ---- Building blocks ---------------------------------------------------------------------------
 
-/// A row of an affine map, applied to a point.
+/// Applies a row of an affine map to a point.
 pub fn aogrid_row(row: [f32; 4], v: [f32; 3]) -> f32 {
     row[0] * v[0] + (row[1] * v[1] + (row[2] * v[2] + row[3]))
 }
 
-/// Where a world position lies in the grid's box, \[0,1\]³.
+/// The position of a world-space point in the grid's box, \[0,1\]³.
 pub fn aogrid_grid_position(occluder: &AogridOccluder, position: [f32; 3]) -> [f32; 3] {
     [
         aogrid_row(occluder.grid_x, position),
@@ -115,12 +116,12 @@ pub fn aogrid_grid_position(occluder: &AogridOccluder, position: [f32; 3]) -> [f
     ]
 }
 
-/// Whether a position lies in the grid's box. NaN does not.
+/// Whether a position lies in the grid's box; false for NaN.
 pub fn aogrid_is_inside(p_grid: [f32; 3]) -> bool {
     p_grid.iter().all(|p| (p - 0.5).abs() <= 0.5)
 }
 
-/// Transmittance of a cone grid at a position in its box.
+/// The transmittance of a cone grid at a position in its box.
 pub fn aogrid_cone_at(
     occluder: &AogridOccluder,
     grid: &LinearTexture,
@@ -133,7 +134,7 @@ pub fn aogrid_cone_at(
     aogrid_strengthen(occluder, aogrid_clip_transmittance(table, a, cos_beta))
 }
 
-/// The cone's axis in world space, not normalised, from a texel's rgb.
+/// The cone's axis in world space, not normalized, from a texel's rgb.
 pub fn aogrid_axis(occluder: &AogridOccluder, rgb: [f32; 3]) -> [f32; 3] {
     [
         aogrid_row(occluder.axis_x, rgb),
@@ -142,24 +143,25 @@ pub fn aogrid_axis(occluder: &AogridOccluder, rgb: [f32; 3]) -> [f32; 3] {
     ]
 }
 
-/// Cosine of the angle between an axis of any length and a unit normal; 0 without an axis.
+/// The cosine of the angle between an axis of any length and a unit normal; 0 without an axis.
 pub fn aogrid_cos_beta(axis: [f32; 3], normal: [f32; 3]) -> f32 {
     dot(axis, normal) * aogrid_inverse_length(axis)
 }
 
-/// 1 / |axis|, bounded where there is none.
+/// 1 / |axis|, bounded for axes below the length that counts as no axis.
 pub fn aogrid_inverse_length(axis: [f32; 3]) -> f32 {
     1.0 / dot(axis, axis).max(AOGRID_AXIS_GUARD).sqrt()
 }
 
-/// 1 − AO without a direction: AO = 2a on other surfaces, 2a − 1 on the occluder's own, which
-/// hides half of all directions from itself (RR-5779, 4.2, where half of that is printed).
+/// 1 − AO from the occlusion fraction alone: AO = 2a on other surfaces, and 2a − 1 on the
+/// occluder's own, which blocks half of all directions itself (RR-5779, 4.2, which prints half of
+/// that).
 pub fn aogrid_occlusion_transmittance(a: f32, on_itself: bool) -> f32 {
     let open = if on_itself { 2.0 } else { 1.0 };
     (open - 2.0 * a).clamp(0.0, 1.0)
 }
 
-/// Where T_clip is looked up for a cone of fraction `a` with its axis at `cos_beta`.
+/// The texture coordinates in T_clip of a cone of fraction `a` with its axis at `cos_beta`.
 pub fn aogrid_clip_coordinate(a: f32, cos_beta: f32) -> [f32; 2] {
     [
         a * AOGRID_CLIP_FRACTION_SCALE + AOGRID_CLIP_FRACTION_OFFSET,
@@ -173,12 +175,13 @@ pub fn aogrid_clip_transmittance(table: &LinearTexture, a: f32, cos_beta: f32) -
     table.sample([x, y, 0.5])[0]
 }
 
-/// 1 − AO of a clipped cone in closed form, for those who want no table.
+/// 1 − AO of a clipped cone in closed form, an alternative to the table.
 pub fn aogrid_clip_transmittance_closed_form(a: f32, cos_beta: f32) -> f32 {
     let cos_alpha = 1.0 - 2.0 * a;
     let sin_alpha_squared = 4.0 * a * (1.0 - a);
+    // Zero where the tangent plane touches the rim of the cone: bounded for the arc tangents.
     let root = (sin_alpha_squared - cos_beta * cos_beta)
-        .max(AOGRID_RIM_GUARD)
+        .max(AOGRID_RIM_EPSILON)
         .sqrt();
     let half_rim = root.atan2(-cos_alpha * cos_beta);
     let half_horizon = root.atan2(cos_alpha);
@@ -186,14 +189,14 @@ pub fn aogrid_clip_transmittance_closed_form(a: f32, cos_beta: f32) -> f32 {
     1.0 - (occlusion / AOGRID_PI).clamp(0.0, 1.0)
 }
 
-/// AO, the fraction a′ and the axis weight f of a clipped cone, from the whole T_clip.
+/// AO, the fraction a′ and the axis weight f of a clipped cone, from T_clip with all channels.
 pub fn aogrid_clip(table: &LinearTexture, a: f32, cos_beta: f32) -> [f32; 3] {
     let [x, y] = aogrid_clip_coordinate(a, cos_beta);
     let [occlusion, fraction, axis_weight, _] = table.sample([x, y, 0.5]);
     [occlusion, fraction, axis_weight]
 }
 
-/// The unit axis of a clipped cone, f d + (1 − f) n; zero if that is (RR-5779, 5.2.2).
+/// The unit axis of a clipped cone, f d + (1 − f) n; zero if that sum is zero (RR-5779, 5.2.2).
 pub fn aogrid_clipped_axis(axis: [f32; 3], normal: [f32; 3], axis_weight: f32) -> [f32; 3] {
     let per_length = aogrid_inverse_length(axis);
     let sum: [f32; 3] = std::array::from_fn(|x| {
@@ -202,9 +205,9 @@ pub fn aogrid_clipped_axis(axis: [f32; 3], normal: [f32; 3], axis_weight: f32) -
     sum.map(|x| x * aogrid_inverse_length(sum))
 }
 
-/// What one occluder adds where axes are accumulated: (AO/2) d′ and 1 − AO, the strength
-/// included, from the whole T_clip (RR-5779, 5.2.1). The product of all last components is the
-/// transmittance and the sum of the others, normalised, the axis of what is occluded.
+/// The contribution of one occluder where axes are accumulated: (AO/2) d′ and 1 − AO, the strength
+/// included, from T_clip with all channels (RR-5779, 5.2.1). The product of all last components is
+/// the transmittance; the normalized sum of the others is the axis of the occluded directions.
 pub fn aogrid_cone_with_axis_at(
     occluder: &AogridOccluder,
     grid: &LinearTexture,
@@ -220,47 +223,52 @@ pub fn aogrid_cone_with_axis_at(
     [x, y, z, 1.0 - occlusion]
 }
 
-/// The occluder's strength: 1 − strength · AO.
+/// Applies the occluder's strength to a transmittance: 1 − strength · AO.
 pub fn aogrid_strengthen(occluder: &AogridOccluder, transmittance: f32) -> f32 {
-    transmittance * occluder.strength + occluder.weakness
+    transmittance * occluder.strength + occluder.one_minus_strength
 }
 
 // ---- Several occluders --------------------------------------------------------------------------
 //
-// What several occluders leave, and what each of them adds, is four floats: at last the
-// transmittance 1 − AO, before it the sum of all (AO/2) d′. Nothing is [0, 0, 0, 1].
+// The accumulated occluders, and the contribution of each, are four floats: the sum of all (AO/2)
+// d′, then the transmittance 1 − AO. No occlusion is [0, 0, 0, 1].
 
-/// Occluders that hide each other no more than chance has it (RR-5779, 5.2.1).
-pub fn aogrid_multiply(before: [f32; 4], one: [f32; 4]) -> [f32; 4] {
-    let [x, y, z] = std::array::from_fn(|c| before[c] + one[c]);
-    [x, y, z, before[3] * one[3]]
+/// Combines occluders as statistically independent: transmittances are multiplied (RR-5779, 5.2.1).
+pub fn aogrid_multiply(accumulated: [f32; 4], contribution: [f32; 4]) -> [f32; 4] {
+    let [x, y, z] = std::array::from_fn(|c| accumulated[c] + contribution[c]);
+    [x, y, z, accumulated[3] * contribution[3]]
 }
 
-/// Occluders as cones around their axes: AO = 2 T_merge(AO₁/2, AO₂/2, γ), which is AO₁ + AO₂ less
-/// twice what both cones cover, from `overlaps` (RR-5779, 5.2.2; JGT supplement).
-pub fn aogrid_merge(before: [f32; 4], one: [f32; 4], overlaps: &LinearTexture) -> [f32; 4] {
-    let both = overlaps.sample(aogrid_merge_coordinate(before, one))[0];
-    let t = 2.0 * both + (before[3] + (one[3] - 1.0));
-    let [x, y, z] = std::array::from_fn(|c| before[c] + one[c]);
+/// Combines occluders as cones around their axes: AO = 2 T_merge(AO₁/2, AO₂/2, γ), which is AO₁ +
+/// AO₂ less twice the fraction that both cones cover, from `overlaps` (RR-5779, 5.2.2; JGT
+/// supplement).
+pub fn aogrid_merge(
+    accumulated: [f32; 4],
+    contribution: [f32; 4],
+    overlaps: &LinearTexture,
+) -> [f32; 4] {
+    let overlap = overlaps.sample(aogrid_merge_coordinate(accumulated, contribution))[0];
+    let t = 2.0 * overlap + (accumulated[3] + (contribution[3] - 1.0));
+    let [x, y, z] = std::array::from_fn(|c| accumulated[c] + contribution[c]);
     [x, y, z, t.max(0.0)]
 }
 
-/// Where T_merge is looked up. Without an axis, γ is a right angle.
-pub fn aogrid_merge_coordinate(before: [f32; 4], one: [f32; 4]) -> [f32; 3] {
-    let [d1, d2] = [before, one].map(|[x, y, z, _]| [x, y, z]);
+/// The texture coordinates in T_merge. Without an axis, γ is a right angle.
+pub fn aogrid_merge_coordinate(accumulated: [f32; 4], contribution: [f32; 4]) -> [f32; 3] {
+    let [d1, d2] = [accumulated, contribution].map(|[x, y, z, _]| [x, y, z]);
     let cos_gamma = aogrid_cos_beta(d1, d2) * aogrid_inverse_length(d2);
     let gamma = cos_gamma.clamp(-1.0, 1.0).acos();
     [
-        before[3] * AOGRID_MERGE_FRACTION_SCALE + AOGRID_MERGE_FRACTION_OFFSET,
-        one[3] * AOGRID_MERGE_FRACTION_SCALE + AOGRID_MERGE_FRACTION_OFFSET,
+        accumulated[3] * AOGRID_MERGE_FRACTION_SCALE + AOGRID_MERGE_FRACTION_OFFSET,
+        contribution[3] * AOGRID_MERGE_FRACTION_SCALE + AOGRID_MERGE_FRACTION_OFFSET,
         gamma * AOGRID_MERGE_ANGLE_SCALE + AOGRID_MERGE_ANGLE_OFFSET,
     ]
 }
 
 // ---- Occluders in tiles ------------------------------------------------------------------------
 
-/// Where a position in the grid's box is looked up in an atlas. It stays between the centres of the
-/// grid's own cells: linear filtering never reaches a neighbour.
+/// The atlas coordinates of a position in the grid's box. They stay between the centers of the
+/// grid's outer cells, so that linear filtering never reaches a neighboring grid.
 pub fn aogrid_atlas_position(occluder: &AogridAtlasOccluder, p_grid: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|x| {
         let half_cell = occluder.half_cell[x];
@@ -269,17 +277,18 @@ pub fn aogrid_atlas_position(occluder: &AogridAtlasOccluder, p_grid: [f32; 3]) -
     })
 }
 
-/// The first word of a list of the tile that a pixel lies in. `list`:
-/// [`AOGRID_LIST_OF_RECEIVERS`](crate::AOGRID_LIST_OF_RECEIVERS) or
-/// [`AOGRID_LIST_OF_ANYTHING`](crate::AOGRID_LIST_OF_ANYTHING). There are `tiles.words` of them, one
-/// bit an occluder.
+/// The index of the first word of a list of the tile that contains a pixel. `list`:
+/// [`AOGRID_LIST_OPAQUE`](crate::AOGRID_LIST_OPAQUE) or
+/// [`AOGRID_LIST_ALL_DEPTHS`](crate::AOGRID_LIST_ALL_DEPTHS). A list has `tiles.words` words, one
+/// bit per occluder.
 pub fn aogrid_first_word(tiles: &AogridTiles, pixel: [u32; 2], list: u32) -> u32 {
     let tile = pixel.map(|x| x / AOGRID_TILE);
     let tiles_per_row = tiles.size[0].div_ceil(AOGRID_TILE);
     ((tile[1] * tiles_per_row + tile[0]) * 2 + list) * tiles.words
 }
 
-/// The first occluder of word `word` of a list; go on with bits & (bits − 1) until that is 0.
+/// The index of the first occluder in word `word` of a list; continue with bits & (bits − 1) until
+/// that is 0.
 pub fn aogrid_listed_occluder(word: u32, bits: u32) -> u32 {
     32 * word + bits.trailing_zeros()
 }
@@ -287,7 +296,7 @@ pub fn aogrid_listed_occluder(word: u32, bits: u32) -> u32 {
 // ---- Positions from depth ----------------------------------------------------------------------
 
 /// The world position of a pixel: `ndc` x and y in −1..1, y up, and the depth buffer's value.
-/// `world_from_clip` in columns.
+/// `world_from_clip` is given in columns.
 pub fn aogrid_world_position(
     world_from_clip: [[f32; 4]; 4],
     ndc: [f32; 2],

@@ -5,59 +5,61 @@
 //
 //     aogrid_cone, aogrid_cone_faded, aogrid_occlusion, aogrid_occlusion_of_cone
 //
-// per occluder. Each returns a transmittance, 1 - AO: multiply them together, and multiply
-// ambient light, and only ambient light, by the product. Or let aogrid_merge_cone unite cones. Textures are sampled with a linear,
-// clamped sampler. The CPU twin, `shading.rs`, has the same functions under the same names.
+// per occluder. Each returns a transmittance, 1 - AO: multiply them together, and multiply ambient
+// light, and only ambient light, by the product. Or merge cones with aogrid_merge_cone. Textures
+// are sampled with a linear, clamped sampler. The CPU twin, `shading.rs`, has the same functions
+// under the same names.
 
 /// One occluder, in a uniform or storage buffer: 128 bytes. Rust: `AogridOccluder::new`.
 struct AogridOccluder {
-    /// Rows of grid_from_world: a world position in [0,1]^3 of the grid's box.
+    /// The rows of grid_from_world, which maps world positions to [0,1]^3 of the grid's box.
     grid_x: vec4f,
     grid_y: vec4f,
     grid_z: vec4f,
-    /// Rows that take a texel's rgb to the cone's axis in world space, towards the occluder. The
-    /// decoding of the direction is folded in; the length is about that of the stored axis.
+    /// The rows of the map from a texel's rgb to the cone's axis in world space, towards the
+    /// occluder. The map includes the decoding of the direction and about keeps the stored axis's
+    /// length.
     axis_x: vec4f,
     axis_y: vec4f,
     axis_z: vec4f,
-    /// Ids of receivers that it does not shade; AOGRID_NO_OBJECT where there is none.
+    /// The ids of receivers that it does not shade; AOGRID_NO_OBJECT in unused slots.
     excluded: vec4u,
-    /// Its own id, for shading with occlusion alone; AOGRID_NO_OBJECT if it has none.
+    /// Its own id, for occlusion-only shading; AOGRID_NO_OBJECT if it has none.
     object_id: u32,
-    /// It shades receivers that share a bit with this mask.
+    /// A mask: the occluder shades receivers that share a bit with it.
     layers: u32,
-    /// 0: casts nothing, 1: as baked.
+    /// The strength of the occlusion: 0 for none, 1 as baked.
     strength: f32,
     /// 1 - strength.
-    weakness: f32,
+    one_minus_strength: f32,
 }
 
-/// An occluder whose grid is a part of an atlas, in a storage buffer: 192 bytes. Rust:
+/// An occluder whose grid is a region of an atlas, in a storage buffer: 192 bytes. Rust:
 /// `AogridAtlasOccluder`.
 struct AogridAtlasOccluder {
     occluder: AogridOccluder,
     /// Half a cell, in [0,1]^3 of the grid's box; w is unused, here and below.
     half_cell: vec4f,
-    /// The atlas's coordinates are scale * position + offset.
+    /// Atlas coordinates are scale * position + offset.
     atlas_scale: vec4f,
     atlas_offset: vec4f,
-    /// The pixels that its box covers: least x and y, largest x and y.
+    /// The pixels that its box covers: minimum x and y, maximum x and y.
     pixels: vec4f,
 }
 
-/// What the lists of the tiled pass cover, in a uniform: 16 bytes.
+/// The size of the target and of the lists of the tiled pass, in a uniform: 16 bytes.
 struct AogridTiles {
-    /// Pixels.
+    /// The target's size in pixels.
     size: vec2u,
-    /// Words of 32 occluders in a list.
+    /// The number of words in a list, with one bit for each of 32 occluders.
     words: u32,
     occluders: u32,
 }
 
 // ---- One call per occluder --------------------------------------------------------------------
 
-/// Transmittance of a cone grid at a receiver in world space; 1 outside the grid's box. `normal`
-/// is the receiver's unit normal, `table` T_clip as transmittance (RR-5779, 5.1).
+/// The transmittance of a cone grid at a receiver in world space; 1 outside the grid's box.
+/// `normal` is the receiver's unit normal, `table` T_clip as transmittance (RR-5779, 5.1).
 fn aogrid_cone(occluder: AogridOccluder, grid: texture_3d<f32>, table: texture_2d<f32>,
                linear_clamp: sampler, position: vec3f, normal: vec3f) -> f32 {
     let p_grid = aogrid_grid_position(occluder, position);
@@ -65,29 +67,30 @@ fn aogrid_cone(occluder: AogridOccluder, grid: texture_3d<f32>, table: texture_2
     return select(1.0, t, aogrid_is_inside(p_grid));
 }
 
-/// `before`, merged with a cone grid (RR-5779, 5.2.2): for objects that overlap as seen from the
-/// receiver. Begin with vec4f(0, 0, 0, 1); the last w is the transmittance. From three occluders on
-/// their order matters: keep it. `clip` is the whole T_clip, `overlaps` what T_merge takes off.
-fn aogrid_merge_cone(before: vec4f, occluder: AogridOccluder, grid: texture_3d<f32>,
+/// Merges a cone grid into `accumulated` (RR-5779, 5.2.2), for objects that overlap as seen from
+/// the receiver. Start with vec4f(0, 0, 0, 1); the last w is the transmittance. The result depends
+/// on the order of three or more occluders: keep it fixed. `clip` is T_clip with all channels,
+/// `overlaps` the overlap table of T_merge.
+fn aogrid_merge_cone(accumulated: vec4f, occluder: AogridOccluder, grid: texture_3d<f32>,
                      clip: texture_2d<f32>, overlaps: texture_3d<f32>, linear_clamp: sampler,
                      position: vec3f, normal: vec3f) -> vec4f {
     let p_grid = aogrid_grid_position(occluder, position);
     if !aogrid_is_inside(p_grid) {
-        return before;
+        return accumulated;
     }
-    let one = aogrid_cone_with_axis_at(occluder, grid, clip, linear_clamp, p_grid, normal);
-    return aogrid_merge(before, one, overlaps, linear_clamp);
+    let contribution = aogrid_cone_with_axis_at(occluder, grid, clip, linear_clamp, p_grid, normal);
+    return aogrid_merge(accumulated, contribution, overlaps, linear_clamp);
 }
 
-/// `aogrid_cone` for a grid whose outer cells are all open, as after either boundary treatment:
-/// such a grid needs no test against its box, as its edge goes on outside.
+/// `aogrid_cone` without the box test, for a grid whose outer cells are all open, as after either
+/// boundary treatment: the clamped sampler extends the open cells beyond the box.
 fn aogrid_cone_faded(occluder: AogridOccluder, grid: texture_3d<f32>, table: texture_2d<f32>,
                      linear_clamp: sampler, position: vec3f, normal: vec3f) -> f32 {
     let p_grid = aogrid_grid_position(occluder, position);
     return aogrid_cone_at(occluder, grid, table, linear_clamp, p_grid, normal);
 }
 
-/// Transmittance of an occlusion-only grid, without regard to the receiver's normal (RR-5779, 4);
+/// The transmittance of an occlusion-only grid, independent of the receiver's normal (RR-5779, 4);
 /// 1 outside the grid's box. `on_itself`: the receiver belongs to the occluder.
 fn aogrid_occlusion(occluder: AogridOccluder, grid: texture_3d<f32>, linear_clamp: sampler,
                     position: vec3f, on_itself: bool) -> f32 {
@@ -111,14 +114,14 @@ fn aogrid_shades(occluder: AogridOccluder, object_id: u32, layers: u32) -> bool 
     return (occluder.layers & layers) != 0u && all(occluder.excluded != vec4u(object_id));
 }
 
-// ---- The parts ---------------------------------------------------------------------------------
+// ---- Building blocks ---------------------------------------------------------------------------
 
-/// A row of an affine map, applied to a point: three fused multiply-adds.
+/// Applies a row of an affine map to a point: three fused multiply-adds.
 fn aogrid_row(row: vec4f, v: vec3f) -> f32 {
     return fma(row.x, v.x, fma(row.y, v.y, fma(row.z, v.z, row.w)));
 }
 
-/// Where a world position lies in the grid's box, [0,1]^3.
+/// The position of a world-space point in the grid's box, [0,1]^3.
 fn aogrid_grid_position(occluder: AogridOccluder, position: vec3f) -> vec3f {
     return vec3f(
         aogrid_row(occluder.grid_x, position),
@@ -127,13 +130,13 @@ fn aogrid_grid_position(occluder: AogridOccluder, position: vec3f) -> vec3f {
     );
 }
 
-/// Whether a position lies in the grid's box. NaN does not.
+/// Whether a position lies in the grid's box; false for NaN.
 fn aogrid_is_inside(p_grid: vec3f) -> bool {
-    let off_centre = abs(p_grid - 0.5);
-    return max(max(off_centre.x, off_centre.y), off_centre.z) <= 0.5;
+    let off_center = abs(p_grid - 0.5);
+    return max(max(off_center.x, off_center.y), off_center.z) <= 0.5;
 }
 
-/// Transmittance of a cone grid at a position in its box.
+/// The transmittance of a cone grid at a position in its box.
 fn aogrid_cone_at(occluder: AogridOccluder, grid: texture_3d<f32>, table: texture_2d<f32>,
                   linear_clamp: sampler, p_grid: vec3f, normal: vec3f) -> f32 {
     let texel = textureSampleLevel(grid, linear_clamp, p_grid, 0.0);
@@ -142,7 +145,7 @@ fn aogrid_cone_at(occluder: AogridOccluder, grid: texture_3d<f32>, table: textur
     return aogrid_strengthen(occluder, t);
 }
 
-/// The cone's axis in world space, not normalised, from a texel's rgb.
+/// The cone's axis in world space, not normalized, from a texel's rgb.
 fn aogrid_axis(occluder: AogridOccluder, rgb: vec3f) -> vec3f {
     return vec3f(
         aogrid_row(occluder.axis_x, rgb),
@@ -151,25 +154,26 @@ fn aogrid_axis(occluder: AogridOccluder, rgb: vec3f) -> vec3f {
     );
 }
 
-/// Cosine of the angle between an axis of any length and a unit normal; 0 without an axis.
+/// The cosine of the angle between an axis of any length and a unit normal; 0 without an axis.
 fn aogrid_cos_beta(axis: vec3f, normal: vec3f) -> f32 {
     let along = fma(axis.x, normal.x, fma(axis.y, normal.y, axis.z * normal.z));
     return along * aogrid_inverse_length(axis);
 }
 
-/// 1 / |axis|, bounded where there is none.
+/// 1 / |axis|, bounded for axes below the length that counts as no axis.
 fn aogrid_inverse_length(axis: vec3f) -> f32 {
     let square = fma(axis.x, axis.x, fma(axis.y, axis.y, axis.z * axis.z));
     return inverseSqrt(max(square, AOGRID_AXIS_GUARD));
 }
 
-/// 1 - AO without a direction: AO = 2a on other surfaces, 2a - 1 on the occluder's own, which
-/// hides half of all directions from itself (RR-5779, 4.2, where half of that is printed).
+/// 1 - AO from the occlusion fraction alone: AO = 2a on other surfaces, and 2a - 1 on the
+/// occluder's own, which blocks half of all directions itself (RR-5779, 4.2, which prints half of
+/// that).
 fn aogrid_occlusion_transmittance(a: f32, on_itself: bool) -> f32 {
     return saturate(fma(-2.0, a, select(1.0, 2.0, on_itself)));
 }
 
-/// Where T_clip is looked up for a cone of fraction `a` with its axis at `cos_beta`.
+/// The texture coordinates in T_clip of a cone of fraction `a` with its axis at `cos_beta`.
 fn aogrid_clip_coordinate(a: f32, cos_beta: f32) -> vec2f {
     return vec2f(
         fma(a, AOGRID_CLIP_FRACTION_SCALE, AOGRID_CLIP_FRACTION_OFFSET),
@@ -183,33 +187,34 @@ fn aogrid_clip_transmittance(table: texture_2d<f32>, linear_clamp: sampler, a: f
     return textureSampleLevel(table, linear_clamp, aogrid_clip_coordinate(a, cos_beta), 0.0).r;
 }
 
-/// 1 - AO of a clipped cone in closed form, for those who want no table: no fetch, two arc
-/// tangents. The derivation is that of `aogrid_tables::clip`, with sin t0 cos t0 and
-/// sin phi0 cos phi0 written out, which leaves AO = (p cos beta + q)/pi without a quotient.
+/// 1 - AO of a clipped cone in closed form, an alternative to the table: no fetch, two arc
+/// tangents. The derivation is that of `aogrid_tables::clip`, with sin t0 cos t0 and sin phi0 cos
+/// phi0 written out, so that AO = (p cos beta + q)/pi needs no quotient.
 fn aogrid_clip_transmittance_closed_form(a: f32, cos_beta: f32) -> f32 {
     let cos_alpha = fma(-2.0, a, 1.0);
     let sin_alpha_squared = 4.0 * a * (1.0 - a);
-    let root = sqrt(max(fma(-cos_beta, cos_beta, sin_alpha_squared), AOGRID_RIM_GUARD));
+    // Zero where the tangent plane touches the rim of the cone: bounded for the arc tangents.
+    let root = sqrt(max(fma(-cos_beta, cos_beta, sin_alpha_squared), AOGRID_RIM_EPSILON));
     let half_rim = atan2(root, -cos_alpha * cos_beta);
     let half_horizon = atan2(root, cos_alpha);
     let occlusion = fma(sin_alpha_squared * cos_beta, half_rim, half_horizon - root * cos_alpha);
     return 1.0 - saturate(occlusion / AOGRID_PI);
 }
 
-/// AO, the fraction a' and the axis weight f of a clipped cone, from the whole T_clip.
+/// AO, the fraction a' and the axis weight f of a clipped cone, from T_clip with all channels.
 fn aogrid_clip(table: texture_2d<f32>, linear_clamp: sampler, a: f32, cos_beta: f32) -> vec3f {
     return textureSampleLevel(table, linear_clamp, aogrid_clip_coordinate(a, cos_beta), 0.0).rgb;
 }
 
-/// The unit axis of a clipped cone, f d + (1 - f) n; zero if that is (RR-5779, 5.2.2).
+/// The unit axis of a clipped cone, f d + (1 - f) n; zero if that sum is zero (RR-5779, 5.2.2).
 fn aogrid_clipped_axis(axis: vec3f, normal: vec3f, axis_weight: f32) -> vec3f {
     let sum = mix(normal, axis * aogrid_inverse_length(axis), axis_weight);
     return sum * aogrid_inverse_length(sum);
 }
 
-/// What one occluder adds where axes are accumulated: (AO/2) d' and 1 - AO, the strength
-/// included, from the whole T_clip (RR-5779, 5.2.1). The product of all w is the transmittance
-/// and the sum of all xyz, normalised, the axis of what is occluded.
+/// The contribution of one occluder where axes are accumulated: (AO/2) d' and 1 - AO, the strength
+/// included, from T_clip with all channels (RR-5779, 5.2.1). The product of all w is the
+/// transmittance; the normalized sum of all xyz is the axis of the occluded directions.
 fn aogrid_cone_with_axis_at(occluder: AogridOccluder, grid: texture_3d<f32>,
                             table: texture_2d<f32>, linear_clamp: sampler, p_grid: vec3f,
                             normal: vec3f) -> vec4f {
@@ -221,61 +226,65 @@ fn aogrid_cone_with_axis_at(occluder: AogridOccluder, grid: texture_3d<f32>,
     return vec4f(0.5 * occlusion * towards, 1.0 - occlusion);
 }
 
-/// The occluder's strength: 1 - strength * AO.
+/// Applies the occluder's strength to a transmittance: 1 - strength * AO.
 fn aogrid_strengthen(occluder: AogridOccluder, transmittance: f32) -> f32 {
-    return fma(transmittance, occluder.strength, occluder.weakness);
+    return fma(transmittance, occluder.strength, occluder.one_minus_strength);
 }
 
 // ---- Several occluders --------------------------------------------------------------------------
 //
-// What several occluders leave, and what each of them adds, is a vec4f: in w the transmittance
-// 1 - AO, in xyz the sum of all (AO/2) d'. Nothing is vec4f(0, 0, 0, 1).
+// The accumulated occluders, and the contribution of each, are a vec4f: the transmittance 1 - AO in
+// w, the sum of all (AO/2) d' in xyz. No occlusion is vec4f(0, 0, 0, 1).
 
-/// Occluders that hide each other no more than chance has it (RR-5779, 5.2.1).
-fn aogrid_multiply(before: vec4f, one: vec4f) -> vec4f {
-    return vec4f(before.xyz + one.xyz, before.w * one.w);
+/// Combines occluders as statistically independent: transmittances are multiplied (RR-5779, 5.2.1).
+fn aogrid_multiply(accumulated: vec4f, contribution: vec4f) -> vec4f {
+    return vec4f(accumulated.xyz + contribution.xyz, accumulated.w * contribution.w);
 }
 
-/// Occluders as cones around their axes: AO = 2 T_merge(AO1/2, AO2/2, gamma), which is
-/// AO1 + AO2 less twice what both cones cover, from `overlaps` (RR-5779, 5.2.2; JGT supplement).
-fn aogrid_merge(before: vec4f, one: vec4f, overlaps: texture_3d<f32>,
+/// Combines occluders as cones around their axes: AO = 2 T_merge(AO1/2, AO2/2, gamma), which is AO1
+/// + AO2 less twice the fraction that both cones cover, from `overlaps` (RR-5779, 5.2.2; JGT
+/// supplement).
+fn aogrid_merge(accumulated: vec4f, contribution: vec4f, overlaps: texture_3d<f32>,
                 linear_clamp: sampler) -> vec4f {
-    let coordinate = aogrid_merge_coordinate(before, one);
-    let both = textureSampleLevel(overlaps, linear_clamp, coordinate, 0.0).r;
-    let t = fma(2.0, both, before.w + (one.w - 1.0));
-    return vec4f(before.xyz + one.xyz, max(t, 0.0));
+    let coordinate = aogrid_merge_coordinate(accumulated, contribution);
+    let overlap = textureSampleLevel(overlaps, linear_clamp, coordinate, 0.0).r;
+    let t = fma(2.0, overlap, accumulated.w + (contribution.w - 1.0));
+    return vec4f(accumulated.xyz + contribution.xyz, max(t, 0.0));
 }
 
-/// Where T_merge is looked up. Without an axis, gamma is a right angle.
-fn aogrid_merge_coordinate(before: vec4f, one: vec4f) -> vec3f {
-    let cos_gamma = aogrid_cos_beta(before.xyz, one.xyz) * aogrid_inverse_length(one.xyz);
+/// The texture coordinates in T_merge. Without an axis, gamma is a right angle.
+fn aogrid_merge_coordinate(accumulated: vec4f, contribution: vec4f) -> vec3f {
+    let cos_gamma = aogrid_cos_beta(accumulated.xyz, contribution.xyz)
+        * aogrid_inverse_length(contribution.xyz);
     let gamma = acos(clamp(cos_gamma, -1.0, 1.0));
     return vec3f(
-        fma(before.w, AOGRID_MERGE_FRACTION_SCALE, AOGRID_MERGE_FRACTION_OFFSET),
-        fma(one.w, AOGRID_MERGE_FRACTION_SCALE, AOGRID_MERGE_FRACTION_OFFSET),
+        fma(accumulated.w, AOGRID_MERGE_FRACTION_SCALE, AOGRID_MERGE_FRACTION_OFFSET),
+        fma(contribution.w, AOGRID_MERGE_FRACTION_SCALE, AOGRID_MERGE_FRACTION_OFFSET),
         fma(gamma, AOGRID_MERGE_ANGLE_SCALE, AOGRID_MERGE_ANGLE_OFFSET),
     );
 }
 
 // ---- Occluders in tiles ------------------------------------------------------------------------
 
-/// Where a position in the grid's box is looked up in an atlas. It stays between the centres of the
-/// grid's own cells: linear filtering never reaches a neighbour.
+/// The atlas coordinates of a position in the grid's box. They stay between the centers of the
+/// grid's outer cells, so that linear filtering never reaches a neighboring grid.
 fn aogrid_atlas_position(occluder: AogridAtlasOccluder, p_grid: vec3f) -> vec3f {
     let half_cell = occluder.half_cell.xyz;
     let own = clamp(p_grid, half_cell, 1.0 - half_cell);
     return fma(own, occluder.atlas_scale.xyz, occluder.atlas_offset.xyz);
 }
 
-/// The first word of a list of the tile that a pixel lies in. `list`: AOGRID_LIST_OF_RECEIVERS or
-/// AOGRID_LIST_OF_ANYTHING. There are `tiles.words` of them, one bit an occluder.
+/// The index of the first word of a list of the tile that contains a pixel. `list`:
+/// AOGRID_LIST_OPAQUE or AOGRID_LIST_ALL_DEPTHS. A list has `tiles.words` words, one bit per
+/// occluder.
 fn aogrid_first_word(tiles: AogridTiles, pixel: vec2u, list: u32) -> u32 {
     let tile = pixel / AOGRID_TILE;
     let tiles_per_row = (tiles.size.x + AOGRID_TILE - 1u) / AOGRID_TILE;
     return ((tile.y * tiles_per_row + tile.x) * 2u + list) * tiles.words;
 }
 
-/// The first occluder of word `word` of a list; go on with bits & (bits - 1) until that is 0.
+/// The index of the first occluder in word `word` of a list; continue with bits & (bits - 1) until
+/// that is 0.
 fn aogrid_listed_occluder(word: u32, bits: u32) -> u32 {
     return 32u * word + firstTrailingBit(bits);
 }

@@ -2,23 +2,23 @@
 
 use aogrid_tables::{ClipTable, Format, MergeTable};
 
-/// T_clip as transmittance, 1 − AO: one channel, 8 KiB. For a shader of your own; the passes
-/// make theirs.
+/// Uploads T_clip as transmittance, 1 − AO: one channel, 8 KiB. For your own shaders; the passes
+/// upload theirs.
 pub fn transmittance_table(device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
     let texels = aogrid_tables::transmittance_texels(Format::F16);
     let format = wgpu::TextureFormat::R16Float;
     upload(device, queue, "aogrid T_clip", clip_size(), format, &texels)
 }
 
-/// The whole T_clip: AO, a′, f, 1 in 32 KiB.
+/// Uploads T_clip with all channels: AO, a′, f, 1 in 32 KiB.
 pub fn clip_table(device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
     let texels = aogrid_tables::clip_texels(Format::F16);
     let format = wgpu::TextureFormat::Rgba16Float;
     upload(device, queue, "aogrid T_clip", clip_size(), format, texels)
 }
 
-/// What T_merge takes off: the fraction that two cones share, in one channel of a 3D texture,
-/// 144 KiB.
+/// Uploads the overlap table of T_merge: the fraction that two cones share, in one channel of a 3D
+/// texture, 144 KiB.
 pub fn intersection_table(device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
     let texels = aogrid_tables::intersection_texels(Format::F16);
     let format = wgpu::TextureFormat::R16Float;
@@ -26,7 +26,7 @@ pub fn intersection_table(device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::T
     upload(device, queue, "aogrid T_merge", size, format, &texels)
 }
 
-/// The sampler that grids and tables ask for: linear, clamped.
+/// Creates the sampler for grids and tables: linear, clamped.
 pub fn linear_clamp_sampler(device: &wgpu::Device) -> wgpu::Sampler {
     device.create_sampler(&wgpu::SamplerDescriptor {
         label: Some("aogrid linear clamp"),
@@ -41,7 +41,7 @@ fn clip_size() -> [u32; 3] {
     [width, height, 1]
 }
 
-/// A table of depth 1 is a 2D texture.
+/// Uploads a table; one of depth 1 becomes a 2D texture.
 fn upload(
     device: &wgpu::Device,
     queue: &wgpu::Queue,

@@ -1,4 +1,4 @@
-//! The examples run, and draw what they say.
+//! Tests that the examples run and draw the expected images.
 
 use std::io::{BufRead, BufReader, Write, stderr};
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, post};
 use aogrid_grid_format::Source;
 use image::RgbaImage;
 
-/// Makes a missing adapter or display a failure.
+/// The environment variable that makes a missing adapter or display a failure.
 const VARIABLE: &str = "AOGRID_GPU";
 
 fn skip(why: &str) {
@@ -18,7 +18,7 @@ fn skip(why: &str) {
     let _ = writeln!(stderr(), "SKIPPED examples: {why}");
 }
 
-/// A built example, which lies beside the test's own folder.
+/// Returns the path of a built example, in the folder beside the test's own.
 fn example(name: &str) -> Option<PathBuf> {
     let test = std::env::current_exe().unwrap();
     let folder = test.parent().unwrap().parent().unwrap().join("examples");
@@ -40,7 +40,7 @@ fn has_adapter() -> bool {
         .is_ok()
 }
 
-/// Runs it to its end and reads the picture that it leaves.
+/// Runs a command to its end and reads the image that it writes.
 fn picture(command: &mut Command, png: &Path) -> RgbaImage {
     let output = command.output().expect("it starts");
     let said = String::from_utf8_lossy(&output.stderr);
@@ -49,13 +49,14 @@ fn picture(command: &mut Command, png: &Path) -> RgbaImage {
     image::open(png).expect("a picture").into_rgba8()
 }
 
-/// The mean of a square of 8×8 pixels around a place in a picture, each 0..1 of its size.
+/// Returns the mean brightness of 8×8 pixels around a point, whose coordinates are 0..1 of the
+/// image's size.
 fn brightness(picture: &RgbaImage, x: f32, y: f32) -> f32 {
-    colour(picture, x, y).iter().sum::<f32>() / 3.0
+    color(picture, x, y).iter().sum::<f32>() / 3.0
 }
 
-/// The same of each colour.
-fn colour(picture: &RgbaImage, x: f32, y: f32) -> [f32; 3] {
+/// Returns the mean of 8×8 pixels around a point, for each color channel.
+fn color(picture: &RgbaImage, x: f32, y: f32) -> [f32; 3] {
     let at = |t: f32, size: u32| (t * size as f32) as u32 - 4;
     let (x, y) = (at(x, picture.width()), at(y, picture.height()));
     let pixels = (0..64).map(|i| picture.get_pixel(x + i % 8, y + i / 8).0);
@@ -101,7 +102,7 @@ fn the_smallest_program_draws_a_shadow_on_a_floor() {
 }
 
 #[test]
-fn glass_is_darker_where_objects_stand_close() {
+fn glass_is_darker_near_objects() {
     let (Some(example), true) = (example("transparent"), has_adapter()) else {
         return;
     };
@@ -118,7 +119,7 @@ fn glass_is_darker_where_objects_stand_close() {
     assert!(near < above - 0.05, "{near} {above}");
 }
 
-/// A display without a screen.
+/// A virtual display.
 struct Display {
     server: Child,
     name: String,
@@ -127,7 +128,8 @@ struct Display {
 impl Display {
     fn new() -> Option<Self> {
         let server = Command::new("Xvfb")
-            // Without `-noreset` it starts anew after each window, and is away meanwhile.
+            // Without `-noreset` the server restarts after each window and is unavailable
+            // meanwhile.
             .args(["-displayfd", "1", "-noreset", "-screen", "0", "1024x768x24"])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -136,7 +138,7 @@ impl Display {
             skip("no Xvfb to open a window on");
             return None;
         };
-        // It says which display it is once it is one.
+        // The server prints the number of its display once it is ready.
         let mut line = String::new();
         let stdout = server.stdout.take().expect("it is piped");
         BufReader::new(stdout)
@@ -176,11 +178,11 @@ fn the_window_shows_an_object_and_its_shadow() {
             .env("DISPLAY", &display.name);
         picture(&mut command, &png)
     };
-    // The robot's chest, open to the sky: occlusion alone knows by ids that half of the directions
-    // are hidden from it by itself.
+    // The robot's chest is open to the sky: only scalar occlusion knows, by ids, that the robot
+    // itself hides half of the directions.
     let [open, occlusion] = ["1", "2"].map(|key| brightness(&screenshot(key), 0.5, 0.37));
     assert!((occlusion - open).abs() < 0.05, "{occlusion} {open}");
-    // Multiplied by raster, merged, and both in tiles.
+    // Cones multiplied by raster, merged by raster, and both in tiles.
     let shadows = ["3", "4", "5", "6"].map(|key| {
         let picture = screenshot(key);
         // The floor beside the robot's foot, and far in front of it, both lit alike.
@@ -192,15 +194,16 @@ fn the_window_shows_an_object_and_its_shadow() {
         assert!(under < front - 0.05, "{key}: {under} {front}");
         under
     });
-    // Where one object alone is near, all ways are one: to a half and a byte.
+    // Near a single object all methods agree, up to a half float and a byte.
     assert!(shadows.iter().all(|s| (s - shadows[0]).abs() < 0.005));
 
-    // Between a red wall on the left and a blue one the robot hides blue from the floor to its left,
-    // and red from that to its right. Darkness without a direction is alike on both sides.
+    // Between a red wall on the left and a blue one on the right the robot hides blue light from
+    // the floor to its left, and red light from that to its right. Scalar occlusion darkens both
+    // sides alike.
     let lit = ["1 e", "2 e", "3 e", "4 e", "5 e", "6 e"].map(|keys| {
         let picture = screenshot(keys);
         let [left, right] = [(0.44, 0.6), (0.53, 0.635)].map(|(x, y)| {
-            let [red, _, blue] = colour(&picture, x, y);
+            let [red, _, blue] = color(&picture, x, y);
             red / blue
         });
         let under = brightness(&picture, 0.53, 0.635);
@@ -212,7 +215,7 @@ fn the_window_shows_an_object_and_its_shadow() {
     assert!(darkened.1 < open.1 - 0.03);
     for (reddened, under) in axes {
         assert!(reddened > 1.05 && (reddened - axes[0].0).abs() < 0.01);
-        // The same amount is taken away, of other colours: and once.
+        // The same amount of light is removed, in other colors, and only once.
         assert!((under - darkened.1).abs() < 0.05);
     }
 }

@@ -1,54 +1,57 @@
-//! A spherical cap seen from an axis that is not its own: what both integrations share.
+//! Integration over a spherical cap in rings around an axis that is not its own, shared by both
+//! tables.
 
 use crate::quadrature::integrate;
 use crate::real::Float;
 use std::f64::consts::PI;
 
-/// The half-angle α of a cap that covers the fraction `a` of the sphere: a = (1 − cos α)/2.
+/// Returns the half-angle α of a cap that covers the fraction `a` of the sphere: a = (1 − cos α)/2.
 ///
-/// By the arc tangent rather than the arc cosine, which has no digits left near 0 and π.
+/// It uses the arc tangent because the arc cosine loses all digits near 0 and π.
 pub(crate) fn half_angle<R: Float>(a: R) -> R {
     R::TWO * a.sqrt().atan2((R::ONE - a).sqrt())
 }
 
-/// sin and cos of that half-angle, without the half-angle.
+/// Returns the sine and cosine of [`half_angle`], without computing the angle.
 pub(crate) fn sin_cos_half_angle<R: Float>(a: R) -> (R, R) {
     (R::TWO * (a * (R::ONE - a)).sqrt(), R::ONE - R::TWO * a)
 }
 
-/// The angle with the given cosine, to full precision near 0 and π.
+/// Returns the angle with the given cosine, to full precision near 0 and π.
 pub(crate) fn angle_of_cos(cos: f64) -> f64 {
     2.0 * (1.0 - cos).sqrt().atan2((1.0 + cos).sqrt())
 }
 
-/// A cap whose axis is tilted away from the axis around which is integrated.
+/// A cap whose axis is tilted away from the axis of integration.
 ///
-/// Cut the sphere into rings around that axis, at angle θ from it. Inside the cap lie those
-/// directions of a ring whose azimuth is less than
+/// The sphere is cut into rings around the axis of integration, at angle θ from it. The directions
+/// of a ring inside the cap are those whose azimuth is less than
 /// φ(θ) = acos(clamp((cos α − cos θ cos β) / (sin θ sin β))) away from the cap's axis, which is
-/// the integrand of JGT supplement eq. 1 (α half-angle, β tilt). φ has kinks where the rings
-/// begin and cease to cross the cap's rim, θ = |α − β| and θ = min(α + β, 2π − α − β). Inside
-/// them a ring lies wholly inside the cap if α > β, else wholly outside it; beyond them wholly
-/// inside if α + β > π.
+/// the integrand of JGT supplement eq. 1 (α half-angle, β tilt). φ has kinks at the first and the
+/// last ring that crosses the cap's rim, θ = |α − β| and θ = min(α + β, 2π − α − β). Before the
+/// first a ring lies wholly inside the cap if α > β, else wholly outside it; beyond the last it
+/// lies wholly inside if α + β > π, else wholly outside.
 pub(crate) struct TiltedCap {
     half_angle: f64,
     tilt: f64,
+    /// Angle of the first ring that crosses the rim.
     first: f64,
+    /// Angle of the last ring that crosses the rim.
     last: f64,
 }
 
-/// Integrals over the part of a cap that lies within some angle of the axis.
+/// Integrals over the part of a cap that lies within some angle of the axis of integration.
 pub(crate) struct RingSums {
     /// Solid angle, ∫ 2φ sin θ dθ.
     pub solid_angle: f64,
     /// Component of ∫ω dω along the axis of integration, ∫ 2φ cos θ sin θ dθ.
     pub along: f64,
-    /// Component of ∫ω dω across it, towards the cap's axis, ∫ 2 sin φ sin²θ dθ.
+    /// Component of ∫ω dω perpendicular to it, toward the cap's axis, ∫ 2 sin φ sin²θ dθ.
     pub across: f64,
 }
 
 impl TiltedCap {
-    /// `half_angle` and `tilt` in radians, 0..=π.
+    /// Creates a cap from `half_angle` and `tilt` in radians, 0..=π.
     pub(crate) fn new(half_angle: f64, tilt: f64) -> Self {
         Self {
             half_angle,
@@ -68,6 +71,7 @@ impl TiltedCap {
             0.0
         };
 
+        // φ is constant before the first kink and beyond the last one.
         let before = integrate(first, |theta, _| ring(theta, inner, 0.0));
         let crossing = integrate(last - first, |from_first, to_last| {
             let phi = self.half_width(from_first, to_last + (self.last - last));
@@ -86,16 +90,17 @@ impl TiltedCap {
         }
     }
 
-    /// φ of a ring that crosses the rim, given how far it lies from the two kinks.
+    /// Returns φ of a ring that crosses the rim, given its distances from the two kinks.
     ///
     /// With g the arc cosine's argument, 1 − g and 1 + g are (up to a common factor) products of
     /// the sines of half the distances to the kinks. φ = 2 atan √((1 − g)/(1 + g)) then keeps its
-    /// digits where g loses all of its own: small caps, small tilts, rings that touch the rim.
+    /// digits where g loses them: small caps, small tilts, rings that touch the rim.
     fn half_width(&self, from_first: f64, to_last: f64) -> f64 {
         let near_first = (0.5 * from_first).sin();
         let far_first = (self.first + 0.5 * from_first).sin();
         let near_last = (0.5 * to_last).sin();
         let far_last = (self.last - 0.5 * to_last).sin();
+        // The kinks swap roles with the signs of α − β and α + β − π.
         let (one_minus_g, one_plus_g) = match (
             self.half_angle >= self.tilt,
             self.half_angle + self.tilt <= PI,
@@ -112,7 +117,7 @@ impl TiltedCap {
     }
 }
 
-/// The three integrands at one ring. sin φ is given beside φ because sin π is not 0 in f64.
+/// Returns the three integrands at one ring. sin φ is an argument because sin π is not 0 in f64.
 fn ring(theta: f64, phi: f64, sin_phi: f64) -> [f64; 3] {
     let (sin_theta, cos_theta) = theta.sin_cos();
     let area = 2.0 * phi * sin_theta;

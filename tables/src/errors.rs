@@ -1,4 +1,4 @@
-//! How far the tables are from what they stand for.
+//! Error measurements: integration, table nodes and look-ups against the closed forms.
 
 use crate::clip::{self, Clip};
 use crate::format::Format;
@@ -8,25 +8,26 @@ use std::f64::consts::PI;
 use std::fmt;
 use std::ops::RangeInclusive;
 
-/// The largest and the typical error of one channel of a table.
+/// The largest and the root-mean-square error of one channel of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorRow {
-    /// `T_clip` or `T_merge`.
+    /// The table's name, `T_clip` or `T_merge`.
     pub table: &'static str,
-    /// `AO`, `a'` or `f`, or for `T_merge` `union`. `(AO/2)d'` is the vector that a merge adds up
-    /// for this cone (d′ the clipped axis); its error is the length of the difference.
+    /// The channel's name: `AO`, `a'`, `f` or `(AO/2)d'` of `T_clip`, `union` of `T_merge`.
+    /// `(AO/2)d'` is the vector that a merge adds up for this cone (d′ the clipped axis); its error
+    /// is the length of the difference.
     pub channel: &'static str,
-    /// What was compared with the closed form in f64.
+    /// The values that were compared with the closed form in f64.
     pub measured: Measured,
     /// Largest absolute error.
     pub max: f64,
-    /// Where the largest error is: the table's arguments, in their order.
+    /// Arguments of the table at the largest error, in their order.
     pub at: Vec<f64>,
     /// Root mean square over the table's domain, uniform along its texture's axes.
     pub rms: f64,
 }
 
-/// What an [`ErrorRow`] compares with the closed form in f64.
+/// The values that an [`ErrorRow`] compares with the closed form in f64.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measured {
     /// The integration in f64, mostly between the nodes.
@@ -52,20 +53,20 @@ impl fmt::Display for Measured {
     }
 }
 
-/// The domains of the tables.
+/// The domain of each table.
 const CLIP_DOMAIN: [RangeInclusive<f64>; 2] = [0.0..=1.0, -1.0..=1.0];
 const MERGE_DOMAIN: [RangeInclusive<f64>; 3] = [0.0..=1.0, 0.0..=1.0, 0.0..=PI];
 
-/// Steps an axis at which the integration is measured. Primes, so that they miss the nodes.
+/// Steps per axis at which the integration is measured. Primes, so that the points miss the nodes.
 const CLIP_STEPS: usize = 101;
 const MERGE_STEPS: usize = 23;
 
-/// Steps a cell at which look-ups are measured. Even, so that they meet the middle of the cell,
-/// where linear filtering errs most.
-const CLIP_STEPS_A_CELL: usize = 8;
-const MERGE_STEPS_A_CELL: usize = 4;
+/// Steps per cell at which look-ups are measured. Even, so that the points include the middle of
+/// the cell, where linear filtering errs most.
+const CLIP_STEPS_PER_CELL: usize = 8;
+const MERGE_STEPS_PER_CELL: usize = 4;
 
-/// Measures both tables, in a few seconds.
+/// Measures the errors of both tables. Takes a few seconds.
 pub fn error_report(clip: &ClipTable, merge: &MergeTable) -> Vec<ErrorRow> {
     let precisions = [None, Some(Format::F16), Some(Format::Unorm8)];
     let mut rows = clip_integration();
@@ -104,7 +105,7 @@ fn clip_errors(master: &ClipTable, precision: Option<Format>) -> Vec<ErrorRow> {
         let [x, y] = point.index;
         widen(table.node(x, y))
     });
-    let steps = cells.map(|cells| CLIP_STEPS_A_CELL * cells);
+    let steps = cells.map(|cells| CLIP_STEPS_PER_CELL * cells);
     let look_ups = clip_rows(Measured::LookUps(precision), steps, |point| {
         let [a, cos_beta] = point.arguments.map(|x| x as f32);
         widen(table.sample(a, cos_beta))
@@ -119,7 +120,7 @@ fn merge_errors(master: &MergeTable, precision: Option<Format>) -> [ErrorRow; 2]
         let [x, y, z] = point.index;
         table.node(x, y, z).into()
     });
-    let steps = cells.map(|cells| MERGE_STEPS_A_CELL * cells);
+    let steps = cells.map(|cells| MERGE_STEPS_PER_CELL * cells);
     let look_ups = merge_row(Measured::LookUps(precision), steps, |point| {
         let [a1, a2, gamma] = point.arguments.map(|x| x as f32);
         table.sample(a1, a2, gamma).into()
@@ -131,13 +132,13 @@ fn widen(clip: Clip<f32>) -> Clip<f64> {
     Clip::from_array(clip.to_array().map(f64::from))
 }
 
-/// One row for each channel of `T_clip`.
+/// Returns one row for each channel of `T_clip`.
 fn clip_rows(
     measured: Measured,
     steps: [usize; 2],
     value: impl Fn(&Point<2>) -> Clip<f64>,
 ) -> Vec<ErrorRow> {
-    let tallies = sweep(CLIP_DOMAIN, steps, |point| {
+    let channel_errors = sweep(CLIP_DOMAIN, steps, |point| {
         let [a, cos_beta] = point.arguments;
         let (exact, value) = (clip::closed_form(a, cos_beta), value(point));
         let (exact_axis, axis) = (merged_axis(exact, cos_beta), merged_axis(value, cos_beta));
@@ -150,21 +151,22 @@ fn clip_rows(
     });
     let channels = ["AO", "a'", "f", "(AO/2)d'"].into_iter();
     channels
-        .zip(tallies)
-        .map(|(channel, tally)| tally.row("T_clip", channel, measured))
+        .zip(channel_errors)
+        .map(|(channel, errors)| errors.row("T_clip", channel, measured))
         .collect()
 }
 
-/// The row of `T_merge`.
+/// Returns the row of `T_merge`.
 fn merge_row(measured: Measured, steps: [usize; 3], value: impl Fn(&Point<3>) -> f64) -> ErrorRow {
-    let [tally] = sweep(MERGE_DOMAIN, steps, |point| {
+    let [errors] = sweep(MERGE_DOMAIN, steps, |point| {
         let [a1, a2, gamma] = point.arguments;
         [value(point) - merge::closed_form(a1, a2, gamma)]
     });
-    tally.row("T_merge", "union", measured)
+    errors.row("T_merge", "union", measured)
 }
 
-/// (AO/2) d′ in the plane of the cone's axis and the normal: across the normal and along it.
+/// Returns (AO/2) d′ in the plane of the cone's axis and the normal, as its components
+/// perpendicular to the normal and along it.
 fn merged_axis(clip: Clip<f64>, cos_beta: f64) -> [f64; 2] {
     let sin_beta = ((1.0 - cos_beta) * (1.0 + cos_beta)).sqrt();
     let f = clip.axis_weight;
@@ -184,30 +186,32 @@ struct Point<const D: usize> {
     arguments: [f64; D],
 }
 
-/// The errors of one channel over a sweep.
+/// The accumulated errors of one channel over a sweep.
 #[derive(Clone, Copy)]
-struct Tally<const D: usize> {
+struct ErrorSums<const D: usize> {
     max: f64,
     at: [f64; D],
     sum_of_squares: f64,
     sum_of_weights: f64,
 }
 
-/// Measures at the points of a lattice that divides every axis into equal steps, both ends
-/// included. Ends weigh half (the trapezoidal rule), or the mean would overrate the boundary.
+/// Measures errors at the points of a lattice that divides every axis into equal steps, both ends
+/// included. Ends have half the weight (the trapezoidal rule), or the mean would overweight the
+/// boundary.
 fn sweep<const D: usize, const C: usize>(
     domain: [RangeInclusive<f64>; D],
     steps: [usize; D],
     errors: impl Fn(&Point<D>) -> [f64; C],
-) -> [Tally<D>; C] {
-    let none = Tally {
+) -> [ErrorSums<D>; C] {
+    let zero = ErrorSums {
         max: 0.0,
         at: [0.0; D],
         sum_of_squares: 0.0,
         sum_of_weights: 0.0,
     };
-    let mut tallies = [none; C];
+    let mut sums = [zero; C];
     for number in 0..steps.iter().map(|steps| steps + 1).product() {
+        // The digits of the point's number in mixed radix are its indices, the first axis fastest.
         let mut rest = number;
         let index = steps.map(|steps| {
             let index = rest % (steps + 1);
@@ -215,21 +219,21 @@ fn sweep<const D: usize, const C: usize>(
             index
         });
         let arguments = std::array::from_fn(|axis| {
-            let share = index[axis] as f64 / steps[axis] as f64;
-            domain[axis].start() + share * (domain[axis].end() - domain[axis].start())
+            let t = index[axis] as f64 / steps[axis] as f64;
+            domain[axis].start() + t * (domain[axis].end() - domain[axis].start())
         });
         let ends = (0..D)
             .filter(|&axis| index[axis] == 0 || index[axis] == steps[axis])
             .count();
         let point = Point { index, arguments };
-        for (tally, error) in tallies.iter_mut().zip(errors(&point)) {
-            tally.add(error.abs(), arguments, 0.5f64.powi(ends as i32));
+        for (sums, error) in sums.iter_mut().zip(errors(&point)) {
+            sums.add(error.abs(), arguments, 0.5f64.powi(ends as i32));
         }
     }
-    tallies
+    sums
 }
 
-impl<const D: usize> Tally<D> {
+impl<const D: usize> ErrorSums<D> {
     fn add(&mut self, error: f64, at: [f64; D], weight: f64) {
         if error > self.max {
             (self.max, self.at) = (error, at);

@@ -1,4 +1,4 @@
-//! The texture formats in which a renderer uploads the tables.
+//! The texture formats of the uploaded tables.
 
 use half::f16;
 
@@ -13,10 +13,10 @@ pub enum Format {
 }
 
 impl Format {
-    /// Every format, in the order of falling precision.
+    /// Every format, in order of decreasing precision.
     pub const ALL: [Self; 2] = [Self::F16, Self::Unorm8];
 
-    /// The little-endian bytes of a texture with these channels.
+    /// Returns the little-endian bytes of a texture with these channels.
     pub(crate) fn encode(self, channels: impl Iterator<Item = f32>) -> Vec<u8> {
         match self {
             Self::F16 => channels
@@ -26,8 +26,8 @@ impl Format {
         }
     }
 
-    /// What a shader reads back after `value` was uploaded.
-    pub(crate) fn quantise(self, value: f32) -> f32 {
+    /// Returns `value` as a shader reads it after its upload.
+    pub(crate) fn quantize(self, value: f32) -> f32 {
         match self {
             Self::F16 => f16::from_f32(value).to_f32(),
             Self::Unorm8 => f32::from(to_unorm8(value)) / 255.0,

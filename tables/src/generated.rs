@@ -1,7 +1,7 @@
 //! The committed tables, and the files that hold them.
 //!
-//! Each file is one line of text, which says what it is and what makes it, and then the bare
-//! texels. The masters are decoded, the textures go to the GPU as they are.
+//! Each file is one line of text, which names the table and its generator, followed by the raw
+//! texels. The masters are decoded, the textures are uploaded to the GPU as they are.
 
 use crate::format::Format;
 use crate::table::{ClipTable, MergeTable};
@@ -13,8 +13,8 @@ static MERGE_F32: &[u8] = payload(include_bytes!("generated/t_merge.f32"));
 static MERGE_F16: &[u8] = payload(include_bytes!("generated/t_merge.r16float"));
 static MERGE_UNORM8: &[u8] = payload(include_bytes!("generated/t_merge.r8unorm"));
 
-/// The texels of `T_clip` to upload: [`ClipTable::SIZE`] of them, x fastest, tightly packed,
-/// little-endian. Channels: AO, a′, f, 1.
+/// Returns the texels of `T_clip` to upload: [`ClipTable::SIZE`] of them, x fastest, tightly
+/// packed, little-endian. Channels: AO, a′, f, 1.
 #[inline]
 pub fn clip_texels(format: Format) -> &'static [u8] {
     match format {
@@ -23,16 +23,16 @@ pub fn clip_texels(format: Format) -> &'static [u8] {
     }
 }
 
-/// 1 − AO of `T_clip` alone: what a renderer multiplies by, in a quarter of the memory of
-/// [`clip_texels`]. [`ClipTable::SIZE`] texels, x fastest, tightly packed, little-endian; one
-/// channel (`r16float` or `r8unorm`).
+/// Returns 1 − AO of `T_clip`, the factor that a renderer multiplies ambient light by, in a quarter
+/// of the memory of [`clip_texels`]. [`ClipTable::SIZE`] texels, x fastest, tightly packed,
+/// little-endian; one channel (`r16float` or `r8unorm`).
 pub fn transmittance_texels(format: Format) -> Vec<u8> {
     let transmittance = |[occlusion, _, _]: [f32; 3]| 1.0 - occlusion;
     format.encode(clip_master().into_iter().map(transmittance))
 }
 
-/// The texels of `T_merge` to upload: [`MergeTable::SIZE`] of them, x fastest, tightly packed,
-/// little-endian. One channel, the union.
+/// Returns the texels of `T_merge` to upload: [`MergeTable::SIZE`] of them, x fastest, tightly
+/// packed, little-endian. One channel, the union.
 #[inline]
 pub fn merge_texels(format: Format) -> &'static [u8] {
     match format {
@@ -41,27 +41,28 @@ pub fn merge_texels(format: Format) -> &'static [u8] {
     }
 }
 
-/// The fraction I(a1, a2, γ) that both cones cover, a1 + a2 − `T_merge`: what a renderer that keeps
-/// a running sum takes from it. [`MergeTable::SIZE`] texels, x fastest, tightly packed,
-/// little-endian; one channel (`r16float` or `r8unorm`).
+/// Returns the intersection I(a1, a2, γ) = a1 + a2 − `T_merge`, the fraction that both cones cover.
+/// A renderer that keeps a running sum of fractions subtracts it. [`MergeTable::SIZE`] texels, x
+/// fastest, tightly packed, little-endian; one channel (`r16float` or `r8unorm`).
 ///
-/// What is linear in a1 and a2, all of the union where cones are apart, then passes by the
-/// texture, its rounding and the few bits of its filter: together with no cone at all a cone stays
-/// exactly as it is.
+/// The renderer then adds a1 + a2, the part of the union that is linear, at full precision, without
+/// the rounding of the texture and the few bits of its filter: merging a cone with an empty one
+/// leaves it exactly unchanged.
 pub fn intersection_texels(format: Format) -> Vec<u8> {
     format.encode(MergeTable::committed().intersections())
 }
 
-/// A file of `tables/src/generated`, as it should be.
+/// A file of `tables/src/generated`, with the contents that it should have.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GeneratedFile {
-    /// Its name in that folder.
+    /// The name in that folder.
     pub name: &'static str,
-    /// All of it.
+    /// The whole contents.
     pub bytes: Vec<u8>,
 }
 
-/// The files that hold these tables: to write them, or to compare with what is committed.
+/// Returns the files that hold these tables, to write them or to compare them with the committed
+/// ones.
 pub fn generated_files(clip: &ClipTable, merge: &MergeTable) -> Vec<GeneratedFile> {
     let [clip_width, clip_height] = clip.size();
     let clip_table = format!("T_clip {clip_width}x{clip_height}");
@@ -115,7 +116,7 @@ fn from_little_endian<const C: usize>(bytes: &[u8]) -> Vec<[f32; C]> {
     bytes.chunks_exact(4 * C).map(texel).collect()
 }
 
-/// What follows the first line of a file.
+/// Returns the bytes after the first line of a file.
 const fn payload(file: &'static [u8]) -> &'static [u8] {
     let mut start = 0;
     while file[start] != b'\n' {

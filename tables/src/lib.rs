@@ -23,41 +23,44 @@
 //!
 //! A cone stands for the directions that an occluder hides. It is given by the fraction `a` of the
 //! sphere that it covers, 0..=1, and never by its half-angle α, a = (1 − cos α)/2. All of 0..=π is
-//! valid for α: a point inside an object sees a cone beyond the hemisphere.
+//! valid for α: for a point inside an object the cone exceeds the hemisphere.
 //!
-//! * [`clip`]: `T_clip(a, cos β)` (RR-5779, sections 5.1 and 5.2.2; JGT 2007, section 3.3.1). What
-//!   is left of the cone above the tangent plane: its occlusion AO, its fraction a′, and the weight
-//!   f of its axis.
-//! * [`merge`]: `T_merge(a1, a2, γ)` (RR-5779, section 5.2.2; JGT supplement). The fraction that two
-//!   cones cover together.
+//! * [`clip`]: `T_clip(a, cos β)` (RR-5779, sections 5.1 and 5.2.2; JGT 2007, section 3.3.1). The
+//!   part of the cone above the tangent plane: its occlusion AO, its fraction a′, and the weight f
+//!   of its axis.
+//! * [`merge`]: `T_merge(a1, a2, γ)` (RR-5779, section 5.2.2; JGT supplement). The fraction of the
+//!   sphere that the union of two cones covers.
 //!
-//! Each is given twice. `integrate` sums rings around an axis numerically, as the papers do, and is
-//! what the committed tables are made by; `closed_form` is what they are checked against, and
-//! serves whoever would rather compute than look up.
+//! Each is implemented twice. `integrate` sums rings around an axis numerically, as the papers do,
+//! and generates the committed tables. `closed_form` is the reference that they are checked
+//! against, and an alternative to the look-up.
 //!
-//! What we do differently:
+//! Differences from the papers:
 //!
-//! * One printed listing reads an occlusion from `T_clip`, another an aperture and f. Ours has three
-//!   channels: AO, a′ and f.
-//! * f weighs the cone's axis, as in the text of RR-5779; the listings weigh the normal with it.
+//! * One printed listing reads an occlusion from `T_clip`, another an aperture and f. Ours has
+//!   three channels: AO, a′ and f.
+//! * f weights the cone's axis, as in the text of RR-5779; the listings weight the normal with it.
 //! * The printed code of `T_merge` says `beta` for `gamma`; for nested cones it returns an angle in
-//!   place of a solid angle; it divides 0 by 0 at γ = α_B; in `f32` it finds that opposite caps share
-//!   nothing; and the left Riemann sum errs by 4e-4. Eq. 2 integrates over A ∩ B, not A ∪ B. Ours
-//!   splits the integral of eq. 1 at its kinks, uses a rule that square-root ends do not
-//!   trouble, and agrees with the closed form to 1e-12. Clamping the arc cosine's argument,
-//!   which the code does and eq. 1 does not say, makes it hold beyond the hemisphere.
-//! * The last axis of `T_merge` is γ itself. With cos γ look-ups would err by nearly three times as
-//!   much.
+//!   place of a solid angle; it divides 0 by 0 at γ = α_B; in `f32` it finds that opposite caps
+//!   share nothing; and the left Riemann sum errs by 4e-4. Eq. 2 integrates over A ∩ B, not A ∪ B.
+//!   Ours splits the integral of eq. 1 at its kinks, uses a quadrature rule that handles
+//!   square-root ends, and agrees with the closed form to 1e-12. The arc cosine's argument is
+//!   clamped, as in the printed code but not in eq. 1, so that it holds beyond the hemisphere.
+//! * The last axis of `T_merge` is γ itself. With cos γ the error of look-ups would be nearly three
+//!   times as large.
 //!
 //! # Practice
 //!
 //! * [`clip_texels`], [`merge_texels`]: the committed tables as a renderer uploads them.
-//!   [`transmittance_texels`]: of `T_clip`, only what multiplying occlusion needs;
-//!   [`intersection_texels`]: of `T_merge`, what both cones cover, which a running sum takes off.
-//! * [`texture_coordinate`]: where a shader looks up, because the nodes lie at the ends of the axes.
-//! * [`ClipTable`], [`MergeTable`]: the tables on the CPU, with a look-up as a GPU filters. They can
-//!   be made in any size, row by row; [`generated_files`] has what is committed of them.
-//! * [`error_report`]: how far all of it is from the closed forms. The figures below come from it.
+//!   [`transmittance_texels`]: 1 − AO of `T_clip`, all that a renderer needs which multiplies
+//!   occlusion; [`intersection_texels`]: the fraction that both cones cover, which a renderer
+//!   subtracts from a running sum.
+//! * [`texture_coordinate`]: the coordinate of a shader's look-up. The nodes include the ends of
+//!   the axes.
+//! * [`ClipTable`], [`MergeTable`]: the tables on the CPU, with look-ups filtered as on a GPU. They
+//!   can be generated in any size, row by row; [`generated_files`] returns the committed files.
+//! * [`error_report`]: the errors of all of them against the closed forms. The figures below come
+//!   from it.
 //!
 //! ## Sizes
 //!
@@ -72,14 +75,14 @@
 //! | 128² | 6.7e-4 | 2.7e-5 | 1.5e-2 | 1.7e-4 | | 64²×32 | 4.0e-3 | 2.3e-4 |
 //!
 //! `T_clip` has 64² nodes: the rms error is then that of rounding to f16 (1.0e-4), and the largest
-//! a third of what an 8-bit target resolves. (AO/2) d′ is what a merge adds up for a cone. It is
-//! worst next to a = ½, cos β = 1, where f jumps from 1 to 0 and no size helps: f itself is off by ½
-//! there, harmlessly so as d = n.
+//! error is a third of what an 8-bit target resolves. (AO/2) d′ is the vector that a merge adds up
+//! for a cone. Its error is largest next to a = ½, cos β = 1, where f jumps from 1 to 0 and no size
+//! helps: f itself is off by ½ there, which is harmless because d = n.
 //!
-//! `T_merge` has 48²×32. On the face γ = 0 it is max(a1, a2), a crease along the diagonal of the
-//! texels, where linear filtering errs by ¼ of a cell whatever is done; the same at γ = π. That is
-//! the largest error anywhere, and it alone asks for more than 40 nodes along a1 and a2. γ does
-//! not need as many.
+//! `T_merge` has 48²×32 nodes. On the face γ = 0 it is max(a1, a2), a crease along the diagonal of
+//! the texels, where linear filtering always errs by ¼ of a cell; the same holds at γ = π. That is
+//! the largest error anywhere, and the only reason for more than 40 nodes along a1 and a2. γ needs
+//! fewer.
 //!
 //! ## Formats
 //!
@@ -89,8 +92,8 @@
 //! | [`Format::F16`] | 32 + 144 KiB | 2.4e-4 | 1.4e-3 | 1.2e-4 | 5.5e-3 | 2.8e-4 |
 //! | [`Format::Unorm8`] | 16 + 72 KiB | 2.0e-3 | 2.2e-3 | 7.4e-4 | 6.7e-3 | 7.1e-4 |
 //!
-//! f16 costs nearly nothing and is the one to take. 8-bit unorm halves the memory, and its rms
-//! error is still below what an 8-bit target resolves.
+//! f16 adds almost no error and is recommended. 8-bit unorm halves the memory, and its rms error is
+//! still below what an 8-bit target resolves.
 
 mod cap;
 pub mod clip;

@@ -8,11 +8,11 @@
 use crate::cap::{TiltedCap, half_angle};
 use crate::real::{Float, Real};
 
-/// `T_merge` by numeric integration: JGT supplement eq. 1, the rings around the larger cone's axis
-/// up to its rim, each as far as it lies inside the smaller cone.
+/// Returns `T_merge` by numeric integration (JGT supplement eq. 1): over the rings around the
+/// larger cone's axis up to its rim, each as far as it lies inside the smaller cone.
 ///
-/// `a1`, `a2`: fractions of the sphere, 0..=1. `gamma`: angle between the axes, 0..=π radians. What
-/// lies outside is clamped, NaN counts as the low end. The result lies between the larger of
+/// `a1`, `a2`: fractions of the sphere, 0..=1. `gamma`: angle between the axes, 0..=π radians.
+/// Arguments out of range are clamped, NaN to the low end. The result lies between the larger of
 /// both fractions and the smaller of their sum and 1. Agrees with [`closed_form`] to 1e-12.
 pub fn integrate(a1: f64, a2: f64, gamma: f64) -> f64 {
     let (a1, a2, gamma) = domain(a1, a2, gamma);
@@ -23,17 +23,17 @@ pub fn integrate(a1: f64, a2: f64, gamma: f64) -> f64 {
     union(a1, a2, shared / (4.0 * f64::PI))
 }
 
-/// `T_merge` in closed form. Arguments and result as for [`integrate`]; in `f32` within 1e-6 of
-/// the exact value, γ = π and γ = α₂ included.
+/// Returns `T_merge` in closed form. Arguments and result as for [`integrate`]; in `f32` within
+/// 1e-6 of the exact value, γ = π and γ = α₂ included.
 pub fn closed_form<R: Real>(a1: R, a2: R, gamma: R) -> R {
     let (a1, a2, gamma) = domain(a1, a2, gamma);
     union(a1, a2, shared(a1, a2, gamma))
 }
 
-/// I(a1, a2, γ): the fraction of the sphere that lies inside both cones, in closed form.
+/// Returns I(a1, a2, γ), the fraction of the sphere that lies inside both cones, in closed form.
 ///
-/// Arguments as for [`closed_form`]; the result lies between a1 + a2 − 1 (or 0) and the smaller of
-/// both fractions. An environment look-up weighs with it how much of one cone another hides.
+/// Arguments as for [`closed_form`]; the result lies between max(a1 + a2 − 1, 0) and the smaller of
+/// both fractions. Environment look-ups use it to tell how much of one cone another one hides.
 pub fn intersection<R: Real>(a1: R, a2: R, gamma: R) -> R {
     let (a1, a2, gamma) = domain(a1, a2, gamma);
     shared(a1, a2, gamma).within((a1 + a2 - R::ONE).max(R::ZERO), a1.min(a2))
@@ -48,14 +48,17 @@ fn union<R: Float>(a1: R, a2: R, shared: R) -> R {
     (a1 + a2 - shared).within(a1.max(a2), (a1 + a2).min(R::ONE))
 }
 
-/// The lens that two crossing caps share is two sectors, one a cap, less the two spherical
-/// triangles between the axes and a crossing point of the rims.
+/// Returns the intersection of two caps: the lens shared by two crossing caps is two sectors, one
+/// of each cap, minus the two spherical triangles between the axes and a crossing point of the
+/// rims.
 ///
-/// The triangle has the sides A, B and γ. Half its perimeter is s; s − A, s − B, s − γ and π − s are
-/// all positive exactly if the rims cross, and whichever is not says how they miss each other.
-/// Each angle and the area E (L'Huilier) are arc tangents of quotients of sines and cosines of
-/// these four, so that nothing cancels where the rims touch.
+/// The triangle has the sides A, B and γ. Half its perimeter is s; s − A, s − B, s − γ and π − s
+/// are all positive exactly if the rims cross. If not, the one that is not positive tells whether
+/// the caps are disjoint, nested, or cover the sphere together. Each angle and the area E
+/// (L'Huilier) are arc tangents of quotients of sines and cosines of these four, so that nothing
+/// cancels where the rims touch.
 fn shared<R: Float>(a1: R, a2: R, gamma: R) -> R {
+    // If both caps exceed the hemisphere, their complements do not.
     if a1.min(a2) > R::HALF {
         return a1 + a2 - R::ONE + shared(R::ONE - a1, R::ONE - a2, gamma);
     }
@@ -64,6 +67,7 @@ fn shared<R: Float>(a1: R, a2: R, gamma: R) -> R {
     let less_alpha2 = R::HALF * (alpha1 + gamma - alpha2);
     let less_gamma = R::HALF * (alpha1 + alpha2 - gamma);
     let less_s = R::PI - R::HALF * (alpha1 + alpha2 + gamma);
+    // The caps are disjoint, or cover the sphere together, or one contains the other.
     if less_gamma <= R::ZERO {
         return R::ZERO;
     }
@@ -74,6 +78,7 @@ fn shared<R: Float>(a1: R, a2: R, gamma: R) -> R {
         return a1.min(a2);
     }
 
+    // The half-angle formulas of the spherical triangle, with both legs of each arc tangent.
     let quarters = [less_s, less_alpha1, less_alpha2, less_gamma];
     let [sin_s, sin_1, sin_2, sin_gamma] = quarters.map(R::sin);
     let angle1 = R::TWO * root(sin_1 * sin_gamma).atan2(root(sin_s * sin_2));
@@ -81,7 +86,8 @@ fn shared<R: Float>(a1: R, a2: R, gamma: R) -> R {
     (a1 * angle1 + a2 * angle2 - R::HALF * triangle_area(quarters)) / R::PI
 }
 
-/// L'Huilier's theorem, with π − s in place of s: its tangent has no pole.
+/// Returns the area of the spherical triangle by L'Huilier's theorem, with π − s in place of s so
+/// that the tangent has no pole.
 fn triangle_area<R: Float>(quarters: [R; 4]) -> R {
     let halves = quarters.map(|x| R::HALF * x);
     let [sin_s, sin_1, sin_2, sin_gamma] = halves.map(R::sin);
@@ -90,7 +96,7 @@ fn triangle_area<R: Float>(quarters: [R; 4]) -> R {
     R::lit(4.0) * numerator.atan2(root(sin_s * cos_1 * cos_2 * cos_gamma))
 }
 
-/// The square root of what is positive but for rounding.
+/// The square root of a number that is non-negative but for rounding.
 fn root<R: Float>(x: R) -> R {
     x.max(R::ZERO).sqrt()
 }

@@ -1,15 +1,16 @@
-//! The arithmetic that the closed forms need, so that one text of each serves both float types.
+//! The arithmetic of the closed forms, generic over `f32` and `f64`.
 
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// The float types of the closed forms: `f32` and `f64`, and no others.
+/// The float types of the closed forms: `f32` and `f64`. The trait is sealed.
 pub trait Real: Float {}
 
 impl Real for f32 {}
 impl Real for f64 {}
 
-/// Behind a private module, so that nobody else can implement [`Real`] and methods can be added.
+/// The sealing supertrait of [`Real`] in a private module: nobody else can implement it, so that
+/// methods can be added.
 pub trait Float:
     Copy
     + Debug
@@ -34,7 +35,7 @@ pub trait Float:
     fn max(self, other: Self) -> Self;
     fn abs(self) -> Self;
 
-    /// `self` limited to `low..=high`; NaN becomes `low`, where `clamp` would let it through.
+    /// Returns `self` limited to `low..=high`. NaN becomes `low`, whereas `clamp` would keep it.
     fn within(self, low: Self, high: Self) -> Self {
         self.max(low).min(high)
     }

@@ -1,4 +1,4 @@
-//! The tables as textures: their nodes, how they are made row by row, and their look-up.
+//! The tables as textures: their nodes, their generation row by row, and their look-up.
 
 use crate::clip::{self, Clip};
 use crate::format::Format;
@@ -19,26 +19,26 @@ pub struct MergeTable {
     texture: Texture<1>,
 }
 
-/// One row of a [`ClipTable`]: AO, a′ and f for every `a`.
+/// A row of a [`ClipTable`]: AO, a′ and f for every `a`.
 pub type ClipRow = Vec<[f32; 3]>;
 
-/// One row of a [`MergeTable`]: the union for every `a1`.
+/// A row of a [`MergeTable`]: the union for every `a1`.
 pub type MergeRow = Vec<f32>;
 
 impl ClipTable {
-    /// Nodes of the committed table along `a` and cos β.
+    /// Numbers of nodes of the committed table along `a` and cos β.
     pub const SIZE: [usize; 2] = [64, 64];
 
-    /// The committed table: the master, at full precision.
+    /// Returns the committed table, the master at full precision.
     pub fn committed() -> Self {
         Self::new(Self::SIZE, generated::clip_master())
     }
 
-    /// Row `y` of a table, by [`clip::integrate`]. Rows are what whoever has threads, a progress
-    /// bar and a stop button divides the work into.
+    /// Computes row `y` of a table by [`clip::integrate`]. Rows are the unit of work for callers
+    /// with threads, a progress bar or cancellation.
     ///
     /// # Panics
-    /// If an axis has less than two nodes.
+    /// If an axis has fewer than two nodes.
     pub fn row(size: [usize; 2], y: usize) -> ClipRow {
         let cos_beta = 2.0 * node(y, size[1]) - 1.0;
         let texel = |x| {
@@ -49,20 +49,20 @@ impl ClipTable {
         (0..size[0]).map(texel).collect()
     }
 
-    /// How many rows a table has.
+    /// Returns the number of rows of a table.
     pub fn row_count(size: [usize; 2]) -> usize {
         size[1]
     }
 
-    /// Puts all rows of a table together, in their order.
+    /// Assembles a table from all of its rows, in their order.
     ///
     /// # Panics
-    /// If that does not make a texture of the given size.
+    /// If the rows do not fill a texture of the given size.
     pub fn from_rows(size: [usize; 2], rows: Vec<ClipRow>) -> Self {
         Self::new(size, rows.concat())
     }
 
-    /// Makes a whole table on this thread.
+    /// Generates a whole table on this thread.
     pub fn generate(size: [usize; 2]) -> Self {
         Self::from_rows(
             size,
@@ -72,13 +72,13 @@ impl ClipTable {
         )
     }
 
-    /// Nodes along `a` and cos β.
+    /// Returns the numbers of nodes along `a` and cos β.
     pub fn size(&self) -> [usize; 2] {
         let [width, height, _] = self.texture.size();
         [width, height]
     }
 
-    /// The entry for a = `x`/(width − 1) and cos β = 2 `y`/(height − 1) − 1.
+    /// Returns the entry for a = `x`/(width − 1) and cos β = 2 `y`/(height − 1) − 1.
     ///
     /// # Panics
     /// If there is no such node.
@@ -86,7 +86,7 @@ impl ClipTable {
         Clip::from_array(self.texture.texel([x, y, 0]))
     }
 
-    /// Looks up with linear filtering, as a GPU does but for the few bits of its weights.
+    /// Looks up an entry with linear filtering, as a GPU does but for its low-precision weights.
     /// Arguments as for [`clip::integrate`].
     pub fn sample(&self, a: f32, cos_beta: f32) -> Clip<f32> {
         let [width, height] = self.size();
@@ -95,14 +95,15 @@ impl ClipTable {
         Clip::from_array(self.texture.sample([x, y, 0.5]))
     }
 
-    /// The table as a shader reads it after its upload in that format.
+    /// Returns the table as a shader reads it after its upload in the given format.
     pub fn quantised(&self, format: Format) -> Self {
         Self {
-            texture: self.texture.map(|value| format.quantise(value)),
+            texture: self.texture.map(|value| format.quantize(value)),
         }
     }
 
-    /// The nodes for analysis: C order, shape (a, cos β, \[AO, a′, f\]).
+    /// Returns shape and values of the nodes for analysis: C order, shape (a, cos β, \[AO, a′,
+    /// f\]).
     pub fn node_array(&self) -> ([usize; 3], Vec<f32>) {
         let [width, height] = self.size();
         let nodes = (0..width).flat_map(|x| (0..height).map(move |y| [x, y, 0]));
@@ -110,14 +111,14 @@ impl ClipTable {
         ([width, height, 3], values)
     }
 
-    /// The texels to upload, x fastest: AO, a′, f, and 1 in the fourth channel, which is what a
-    /// shader reads of a texture that has none.
+    /// Returns the texels to upload, x fastest: AO, a′, f, and 1 in the fourth channel, the value
+    /// that a shader reads from a texture without one.
     pub(crate) fn encode(&self, format: Format) -> Vec<u8> {
         let rgba = |&[r, g, b]: &[f32; 3]| [r, g, b, 1.0];
         format.encode(self.master().iter().flat_map(rgba))
     }
 
-    /// AO, a′ and f, x fastest.
+    /// Returns AO, a′ and f of every node, x fastest.
     pub(crate) fn master(&self) -> &[[f32; 3]] {
         self.texture.texels()
     }
@@ -130,21 +131,21 @@ impl ClipTable {
 }
 
 impl MergeTable {
-    /// Nodes of the committed table along `a1`, `a2` and γ.
+    /// Numbers of nodes of the committed table along `a1`, `a2` and γ.
     pub const SIZE: [usize; 3] = [48, 48, 32];
 
-    /// The committed table: the master, at full precision.
+    /// Returns the committed table, the master at full precision.
     pub fn committed() -> Self {
         Self {
             texture: Texture::new(Self::SIZE, generated::merge_master()),
         }
     }
 
-    /// Row y + height · z of a table, by [`merge::integrate`]. Rows are what whoever has threads, a
-    /// progress bar and a stop button divides the work into.
+    /// Computes row y + height · z of a table by [`merge::integrate`]. Rows are the unit of work
+    /// for callers with threads, a progress bar or cancellation.
     ///
     /// # Panics
-    /// If an axis has less than two nodes.
+    /// If an axis has fewer than two nodes.
     pub fn row([width, height, depth]: [usize; 3], row: usize) -> MergeRow {
         let a2 = node(row % height, height);
         let gamma = std::f64::consts::PI * node(row / height, depth);
@@ -153,15 +154,15 @@ impl MergeTable {
             .collect()
     }
 
-    /// How many rows a table has.
+    /// Returns the number of rows of a table.
     pub fn row_count([_, height, depth]: [usize; 3]) -> usize {
         height * depth
     }
 
-    /// Puts all rows of a table together, in their order.
+    /// Assembles a table from all of its rows, in their order.
     ///
     /// # Panics
-    /// If that does not make a texture of the given size.
+    /// If the rows do not fill a texture of the given size.
     pub fn from_rows(size: [usize; 3], rows: Vec<MergeRow>) -> Self {
         let texels = rows.into_iter().flatten().map(|union| [union]).collect();
         Self {
@@ -169,7 +170,7 @@ impl MergeTable {
         }
     }
 
-    /// Makes a whole table on this thread.
+    /// Generates a whole table on this thread.
     pub fn generate(size: [usize; 3]) -> Self {
         Self::from_rows(
             size,
@@ -179,12 +180,12 @@ impl MergeTable {
         )
     }
 
-    /// Nodes along `a1`, `a2` and γ.
+    /// Returns the numbers of nodes along `a1`, `a2` and γ.
     pub fn size(&self) -> [usize; 3] {
         self.texture.size()
     }
 
-    /// The entry for a1 = `x`/(width − 1), a2 = `y`/(height − 1) and γ = π `z`/(depth − 1).
+    /// Returns the entry for a1 = `x`/(width − 1), a2 = `y`/(height − 1) and γ = π `z`/(depth − 1).
     ///
     /// # Panics
     /// If there is no such node.
@@ -193,7 +194,7 @@ impl MergeTable {
         union
     }
 
-    /// Looks up with linear filtering, as a GPU does but for the few bits of its weights.
+    /// Looks up an entry with linear filtering, as a GPU does but for its low-precision weights.
     /// Arguments as for [`merge::integrate`].
     pub fn sample(&self, a1: f32, a2: f32, gamma: f32) -> f32 {
         let [width, height, depth] = self.size();
@@ -204,14 +205,14 @@ impl MergeTable {
         union
     }
 
-    /// The table as a shader reads it after its upload in that format.
+    /// Returns the table as a shader reads it after its upload in the given format.
     pub fn quantised(&self, format: Format) -> Self {
         Self {
-            texture: self.texture.map(|value| format.quantise(value)),
+            texture: self.texture.map(|value| format.quantize(value)),
         }
     }
 
-    /// The nodes for analysis: C order, shape (a1, a2, γ).
+    /// Returns shape and values of the nodes for analysis: C order, shape (a1, a2, γ).
     pub fn node_array(&self) -> ([usize; 3], Vec<f32>) {
         let [width, height, depth] = self.size();
         let columns = (0..width).flat_map(|x| (0..height).map(move |y| (x, y)));
@@ -219,12 +220,12 @@ impl MergeTable {
         (self.size(), values.collect())
     }
 
-    /// The texels to upload, x fastest, one channel.
+    /// Returns the texels to upload, x fastest, one channel.
     pub(crate) fn encode(&self, format: Format) -> Vec<u8> {
         format.encode(self.master().iter().flatten().copied())
     }
 
-    /// What both cones cover, x fastest.
+    /// Returns the fraction that both cones cover, for every node, x fastest.
     pub(crate) fn intersections(&self) -> impl Iterator<Item = f32> {
         let [width, height, _] = self.size();
         self.master().iter().enumerate().map(move |(idx, [union])| {
@@ -234,20 +235,21 @@ impl MergeTable {
         })
     }
 
-    /// The union, x fastest.
+    /// Returns the union at every node, x fastest.
     pub(crate) fn master(&self) -> &[[f32; 1]] {
         self.texture.texels()
     }
 }
 
-/// Node `index` of `size` on the unit interval, which has one at either end.
+/// Returns the position of node `index` of `size` on the unit interval; the first and the last node
+/// are its ends.
 fn node(index: usize, size: usize) -> f64 {
     assert!(size >= 2, "a table's axis needs a node at either end");
     index as f64 / (size - 1) as f64
 }
 
-/// A value of 0..=1 as the master stores it: the nearest multiple of 2⁻²⁴, which is an `f32`.
-/// Finer digits would be the rounding of whoever's sines were used, and change with the platform.
+/// Rounds a value of 0..=1 to the master's precision, a multiple of 2⁻²⁴, which an `f32` holds
+/// exactly. Finer digits would depend on the platform's sine and cosine.
 fn to_master(value: f64) -> f32 {
     const STEPS: f64 = (1 << 24) as f64;
     ((value * STEPS).round() / STEPS) as f32

@@ -1,24 +1,25 @@
-//! A texture and its linear filter, as a GPU has them.
+//! A texture with linear filtering, as on a GPU.
 
 use crate::real::Float;
 
-/// Where a table with `size` nodes along an axis is looked up for `x`, 0..=1 along that axis.
+/// Returns the texture coordinate for the table argument `x`, 0..=1 along an axis with `size`
+/// nodes.
 ///
-/// The nodes lie at the ends of the axes: node i of N is for x = i/(N − 1). A texture's texel i
-/// has its centre at (i + ½)/N. Hence x (N − 1)/N + ½/N.
+/// The nodes include both ends of the axis: node i of N stands for x = i/(N − 1). A texture's texel
+/// i has its center at (i + ½)/N. Hence the coordinate is x (N − 1)/N + ½/N.
 pub fn texture_coordinate(x: f32, size: usize) -> f32 {
     let size = size as f32;
     x.within(0.0, 1.0) * ((size - 1.0) / size) + 0.5 / size
 }
 
-/// Texels with `C` channels, x fastest. A 2D texture has depth 1.
+/// A texture with `C` channels, x fastest. A 2D texture has depth 1.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Texture<const C: usize> {
     size: [usize; 3],
     texels: Vec<[f32; C]>,
 }
 
-/// The two texels between which an axis is interpolated, and the weight of the second.
+/// The two texels that are interpolated along an axis, and the weight of the second.
 struct Span {
     texels: [usize; 2],
     weight: f32,
@@ -55,7 +56,7 @@ impl<const C: usize> Texture<C> {
         }
     }
 
-    /// Linear filtering at normalised coordinates, clamped to the edge.
+    /// Filters linearly at normalized coordinates, clamped to the edge.
     pub(crate) fn sample(&self, coordinates: [f32; 3]) -> [f32; C] {
         let [x, y, z] = std::array::from_fn(|axis| Span::new(coordinates[axis], self.size[axis]));
         let row = |y, z| x.mix(|x| self.texel([x, y, z]));

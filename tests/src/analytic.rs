@@ -1,31 +1,35 @@
-//! Occlusion that is known exactly.
+//! Exact occlusion from closed formulas.
 
 use std::f64::consts::PI;
 
 use aogrid_bake_core::TriangleMesh;
 use aogrid_bake_core::mesh::Part;
 
-/// The fraction of the sphere of directions that a ball of radius `r` hides from a point at
-/// `distance` > r from its centre: a cap of half-angle asin(r/distance).
+/// Returns the occlusion fraction of a ball of radius `r` at a point at `distance` > r from its
+/// center. The occluded cone has half-angle asin(r/distance).
 pub fn sphere_fraction(r: f64, distance: f64) -> f64 {
     (1.0 - (r / distance).asin().cos()) / 2.0
 }
 
-/// The fraction that a convex closed mesh hides from a point outside it: every direction that
-/// meets it meets one front and one back, so half of the sum of all |solid angles|.
+/// Returns the occlusion fraction of a convex closed mesh at a point outside it. Every occluded
+/// direction hits one front face and one back face, so it is half of the sum of all |solid angles|,
+/// over 4π.
 pub fn convex_fraction(mesh: &TriangleMesh, point: [f64; 3]) -> f64 {
     let angles = mesh.corners().map(|t| solid_angle(t, point).abs());
     angles.sum::<f64>() / 2.0 / (4.0 * PI)
 }
 
-/// The share of a receiver's cosine-weighted hemisphere that a flat polygon takes (Lambert's
-/// formula of 1760): the polygon lies above the receiver's plane or touches it. Either winding.
+/// Returns the share of a receiver's cosine-weighted hemisphere that a planar polygon covers
+/// (Lambert's formula of 1760). The polygon has either winding and lies above the receiver's plane,
+/// or touches it.
 pub fn form_factor(corners: &[[f64; 3]], point: [f64; 3], normal: [f64; 3]) -> f64 {
     let dot = |p: [f64; 3], q: [f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
     let towards: Vec<[f64; 3]> = corners
         .iter()
         .map(|c| std::array::from_fn(|x| c[x] - point[x]))
         .collect();
+    // Each edge contributes its angle at the point times the cosine between the normal of the plane
+    // through the edge and the point, and the receiver's normal.
     let sum: f64 = (0..towards.len())
         .map(|i| {
             let (p, q) = (towards[i], towards[(i + 1) % towards.len()]);
@@ -44,7 +48,8 @@ pub fn form_factor(corners: &[[f64; 3]], point: [f64; 3], normal: [f64; 3]) -> f
     sum.abs() / (2.0 * PI)
 }
 
-/// Van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30 (1983), equation 8.
+/// Returns the signed solid angle of a triangle (Van Oosterom and Strackee, IEEE Trans. Biomed.
+/// Eng. 30 (1983), equation 8).
 fn solid_angle(triangle: [[f32; 3]; 3], point: [f64; 3]) -> f64 {
     let [a, b, c] = triangle.map(|corner| {
         let v: [f64; 3] = std::array::from_fn(|x| f64::from(corner[x]) - point[x]);
@@ -59,11 +64,11 @@ fn solid_angle(triangle: [[f32; 3]; 3], point: [f64; 3]) -> f64 {
     2.0 * volume.atan2(denominator)
 }
 
-/// A mesh of one part from separate triangles.
+/// Returns a mesh with one part from separate triangles.
 ///
 /// # Panics
 ///
-/// If they are no mesh.
+/// If the triangles are not a valid mesh.
 pub fn mesh_of(triangles: &[[[f32; 3]; 3]]) -> TriangleMesh {
     let n = triangles.len();
     let indices = (0..n as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
@@ -79,13 +84,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_triangle_of_three_axes_covers_an_eighth() {
+    fn a_triangle_of_the_three_unit_vectors_covers_an_octant() {
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         assert!((solid_angle(axes, [0.0; 3]) - PI / 2.0).abs() < 1e-12);
     }
 
     #[test]
-    fn half_of_a_hemisphere_is_behind_an_endless_wall() {
+    fn an_infinite_wall_covers_half_of_the_hemisphere() {
         let wall = [
             [1.0, 0.0, -1e9],
             [1.0, 0.0, 1e9],
@@ -94,7 +99,8 @@ mod tests {
         ];
         let share = form_factor(&wall, [0.0; 3], [0.0, 1.0, 0.0]);
         assert!((share - 0.5).abs() < 1e-8, "{share}");
-        // A parallel rectangle above its corner: 1/2π (X/√(1+X²) atan(Y/√(1+X²)) + …), X = Y = 1.
+        // A rectangle parallel to the receiver, one corner straight above it:
+        // 1/2π (X/√(1+X²) atan(Y/√(1+X²)) + …), X = Y = 1.
         let quarter = [
             [0.0, 1.0, 0.0],
             [1.0, 1.0, 0.0],
@@ -108,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn from_a_surface_half_the_sphere_is_hidden() {
+    fn a_ball_occludes_half_of_the_sphere_at_its_surface() {
         assert!((sphere_fraction(1.0, 1.0) - 0.5).abs() < 1e-12);
         assert!((sphere_fraction(1.0, 2.0) - (1.0 - 0.75_f64.sqrt()) / 2.0).abs() < 1e-12);
     }

@@ -1,4 +1,4 @@
-//! The GPU that tests bake with. Where there is none they skip, and say so, unless
+//! The GPU that tests bake with. Without one they skip with a note, or fail with
 //! `AOGRID_GPU=require`.
 
 use std::sync::OnceLock;
@@ -7,14 +7,15 @@ use aogrid_baker_gpu::{Choice, Context, adapters};
 
 use crate::skip;
 
-/// Whether a missing adapter is a failure.
+/// The environment variable that makes a missing adapter a failure.
 const VARIABLE: &str = "AOGRID_GPU";
 
-/// A device on the best adapter of this machine, software included, or none, with a note.
+/// Returns a device on the best adapter of this machine, including software rasterizers. Returns
+/// `None` and notes the skip if there is none.
 ///
 /// # Panics
 ///
-/// If there is none and there has to be.
+/// If there is no adapter and `AOGRID_GPU=require` is set.
 pub fn gpu() -> Option<&'static Context> {
     static CONTEXT: OnceLock<Result<Context, String>> = OnceLock::new();
     let found = CONTEXT.get_or_init(|| {

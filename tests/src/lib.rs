@@ -1,5 +1,5 @@
-//! What the tests of several crates share: baking in one call, exact answers to compare with,
-//! and the folder of data that the project does not ship.
+//! The support library of the tests: baking in one call, exact results to compare with, and the
+//! data folder that the project does not ship.
 
 mod analytic;
 mod data;
@@ -16,7 +16,8 @@ pub use surface::{surface_points, truth, winding_number};
 use aogrid_bake_core::{BakeOptions, Placement, RawGrid, TriangleMesh, UNOBSERVED, post};
 use aogrid_grid_format::{BoundaryMode, Encoding, Grid, Source, TexelFormat};
 
-/// The recommended options with samples exactly at cell centres, and nothing done to values.
+/// Returns the recommended options with samples exactly at cell centers, no boundary treatment and
+/// unquantized values.
 pub fn exact_options() -> BakeOptions {
     BakeOptions {
         sample_offset: [0.0; 3],
@@ -27,11 +28,11 @@ pub fn exact_options() -> BakeOptions {
     }
 }
 
-/// The moments around `mesh`.
+/// Bakes the moments around `mesh`.
 ///
 /// # Panics
 ///
-/// If it cannot be placed or baked.
+/// If the grid cannot be placed or baked.
 pub fn raw(mesh: &TriangleMesh, placement: &Placement, options: &BakeOptions) -> RawGrid {
     let spec = placement
         .place(&mesh.bounds())
@@ -39,20 +40,20 @@ pub fn raw(mesh: &TriangleMesh, placement: &Placement, options: &BakeOptions) ->
     aogrid_baker_cpu::bake(mesh, spec, options, UNOBSERVED).expect("the mesh can be baked")
 }
 
-/// The whole pipeline.
+/// Bakes a grid around `mesh` with the whole pipeline.
 ///
 /// # Panics
 ///
-/// If any of it fails.
+/// If a step fails.
 pub fn grid(mesh: &TriangleMesh, placement: &Placement, options: &BakeOptions) -> Grid {
     finish(raw(mesh, placement, options), placement, options)
 }
 
-/// What follows the moments.
+/// Converts moments into a grid with the rest of the pipeline.
 ///
 /// # Panics
 ///
-/// If they make no grid.
+/// If the moments do not make a valid grid.
 pub fn finish(raw: RawGrid, placement: &Placement, options: &BakeOptions) -> Grid {
     let source = Source {
         name: "test.obj".into(),

@@ -1,4 +1,4 @@
-//! Looking a grid up where it stands in object space, by the runtime's CPU twin.
+//! Look-ups in a grid with the runtime's CPU twin of its shader library.
 
 use aogrid_grid_format::{Grid, GridSpec};
 use aogrid_runtime::shading::{
@@ -6,55 +6,56 @@ use aogrid_runtime::shading::{
 };
 use aogrid_runtime::{AogridOccluder, Instance, LinearTexture};
 
-/// A cone grid, ready to be shaded with.
+/// A cone grid with the uniform and textures for shading.
 pub struct Shaded {
-    /// Its uniform.
+    /// The occluder's uniform.
     pub occluder: AogridOccluder,
-    /// Its texture.
+    /// The grid's texture.
     pub texture: LinearTexture,
     table: LinearTexture,
 }
 
 impl Shaded {
-    /// The grid in world space.
+    /// Places the grid in world space.
     ///
     /// # Panics
     ///
-    /// If the instance is none.
+    /// If the instance is invalid.
     pub fn new(grid: &Grid, instance: &Instance) -> Self {
         let occluder = AogridOccluder::new(grid.spec(), grid.format(), instance);
         Self {
-            occluder: occluder.expect("an instance"),
+            occluder: occluder.expect("the instance is valid"),
             texture: LinearTexture::of_grid(grid),
             table: LinearTexture::transmittance_table(),
         }
     }
 
-    /// The grid in object space.
+    /// Places the grid in object space, with the identity as its transform.
     pub fn in_object_space(grid: &Grid) -> Self {
         let identity =
             std::array::from_fn(|c| std::array::from_fn(|r| f32::from(u8::from(c == r))));
         Self::new(grid, &Instance::at(identity))
     }
 
-    /// The texel at a point; nothing outside the box.
+    /// Returns the interpolated texel at a point, or `None` outside the box.
     pub fn texel(&self, point: [f32; 3]) -> Option<[f32; 4]> {
         let p_grid = aogrid_grid_position(&self.occluder, point);
         aogrid_is_inside(p_grid).then(|| self.texture.sample(p_grid))
     }
 
-    /// AO of the cone.
+    /// Returns the AO of the cone at a point with a normal.
     pub fn cone(&self, point: [f32; 3], normal: [f32; 3]) -> f32 {
         1.0 - aogrid_cone(&self.occluder, &self.texture, &self.table, point, normal)
     }
 
-    /// AO without the direction.
+    /// Returns the AO at a point without regard to the cone's direction.
     pub fn occlusion(&self, point: [f32; 3], on_itself: bool) -> f32 {
         1.0 - aogrid_occlusion_of_cone(&self.occluder, &self.texture, point, on_itself)
     }
 }
 
-/// The places in memory of the eight cells that a look-up at `point` reads; none outside.
+/// Returns the indices of the eight cells that a look-up at `point` (object space) reads, or `None`
+/// outside the box.
 pub fn cells_around(spec: &GridSpec, point: [f64; 3]) -> Option<[usize; 8]> {
     let mut base = [0; 3];
     for x in 0..3 {
@@ -67,6 +68,7 @@ pub fn cells_around(spec: &GridSpec, point: [f64; 3]) -> Option<[usize; 8]> {
             return None;
         }
         let n = f64::from(spec.resolution()[x]);
+        // Cell i has its center at (i + ½)/n; the border cells are clamped.
         let in_cells = (grid_space * n - 0.5).clamp(0.0, n - 1.0);
         base[x] = (in_cells.floor() as u32).min(spec.resolution()[x] - 2);
     }

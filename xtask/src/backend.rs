@@ -1,4 +1,4 @@
-//! Where a bake runs: on the CPU or on a GPU, and why.
+//! The choice between the CPU and a GPU for a bake, with the fallback from one to the other.
 
 use std::time::Instant;
 
@@ -7,46 +7,48 @@ use aogrid_baker_cpu as cpu;
 use aogrid_baker_gpu::{self as gpu, Choice, Context};
 use aogrid_grid_format::GridSpec;
 
-/// What the command line asks for.
+/// The device that the command line asks for.
 #[derive(Clone)]
-pub(crate) enum Asked {
-    /// A real GPU if there is one, else the CPU.
+pub(crate) enum BackendRequest {
+    /// A hardware GPU if there is one, else the CPU.
     Auto,
-    /// This adapter; the CPU if it fails.
+    /// The adapter of this name; the CPU if its bake fails.
     Named(String),
     Cpu,
-    /// This adapter and nothing else.
+    /// This adapter and nothing else: its failure is an error.
     Gpu(Choice),
 }
 
-/// Bakes on what was asked for, and keeps it warm. A device is looked for when there is
-/// something to bake, and not before: that takes a moment.
+/// Bakes on the requested device and keeps it for further bakes. The GPU is opened at the first
+/// bake, not before, since that takes a moment.
 pub(crate) struct Backend {
-    asked: Asked,
-    choice: Option<Kernel>,
+    request: BackendRequest,
+    algorithm: Option<Kernel>,
     cpu: cpu::Baker,
     gpu: Gpu,
 }
 
+/// The state of the search for a GPU.
 enum Gpu {
-    NotLookedFor,
-    None { why: Option<String> },
+    NotSearched,
+    Unavailable { reason: Option<String> },
     Found(Box<(Context, gpu::Baker)>),
 }
 
-/// Who baked.
+/// The device and algorithm that made a bake.
 #[derive(Clone)]
-pub(crate) struct By {
-    pub kernel: Kernel,
-    pub why_rays: Option<String>,
-    /// Of a GPU.
+pub(crate) struct Provenance {
+    pub algorithm: Kernel,
+    /// Reason for casting rays, if no algorithm was asked for.
+    pub rays_reason: Option<String>,
+    /// Name of the GPU; none if the CPU baked.
     pub adapter: Option<String>,
     pub driver: Option<String>,
-    /// Why the CPU, where either would have done.
-    pub why_cpu: Option<String>,
+    /// Reason for using the CPU, if the request allowed both.
+    pub cpu_reason: Option<String>,
 }
 
-impl By {
+impl Provenance {
     pub(crate) fn backend(&self) -> &'static str {
         match self.adapter {
             Some(_) => "gpu",
@@ -55,34 +57,34 @@ impl By {
     }
 }
 
-/// What came of it.
-pub(crate) struct Seen {
+/// The result of a bake, with timings.
+pub(crate) struct TimedBake {
     pub raw: RawGrid,
-    pub by: By,
-    /// Everything between the loaded mesh and the first direction.
+    pub provenance: Provenance,
+    /// Seconds between the loaded mesh and the first direction.
     pub prepare_s: f64,
     pub visibility_s: f64,
-    /// What a GPU failed with before the CPU took over.
-    pub fell_back: Option<String>,
+    /// The GPU's error, if the CPU took over after it.
+    pub gpu_failure: Option<String>,
 }
 
 impl Backend {
-    pub(crate) fn new(asked: Asked, choice: Option<Kernel>) -> Self {
+    pub(crate) fn new(request: BackendRequest, algorithm: Option<Kernel>) -> Self {
         Self {
-            asked,
-            choice,
-            cpu: cpu::Baker::new(choice),
-            gpu: Gpu::NotLookedFor,
+            request,
+            algorithm,
+            cpu: cpu::Baker::new(algorithm),
+            gpu: Gpu::NotSearched,
         }
     }
 
-    /// The CPU's sweep with one of the sets of instructions that there are.
-    pub(crate) fn sweep_with(instructions: &str) -> Self {
-        let sweeper = cpu::Sweeper::with_instructions(instructions).unwrap_or_default();
-        let kernel = Some(Kernel::Sweep);
+    /// Creates a backend that runs the CPU's sweep at one SIMD level.
+    pub(crate) fn sweep_at_level(level: &str) -> Self {
+        let sweeper = cpu::Sweeper::with_instructions(level).unwrap_or_default();
+        let algorithm = Some(Kernel::Sweep);
         Self {
-            cpu: cpu::Baker::with_sweeper(kernel, sweeper),
-            ..Self::new(Asked::Cpu, kernel)
+            cpu: cpu::Baker::with_sweeper(algorithm, sweeper),
+            ..Self::new(BackendRequest::Cpu, algorithm)
         }
     }
 
@@ -92,54 +94,55 @@ impl Backend {
         spec: GridSpec,
         options: &BakeOptions,
         observer: Observer<'_>,
-    ) -> anyhow::Result<Seen> {
-        self.look()?;
+    ) -> anyhow::Result<TimedBake> {
+        self.find_gpu()?;
         let Gpu::Found(found) = &mut self.gpu else {
             return self.bake_on_cpu(mesh, spec, options, observer);
         };
         let (context, baker) = &mut **found;
         let failure = match bake_on_gpu(context, baker, mesh, spec, options, observer) {
-            Ok(seen) => return Ok(seen),
+            Ok(timed) => return Ok(timed),
             Err(error) => error,
         };
         if !self.may_fall_back(&failure) {
             return Err(failure.into());
         }
-        // It will not do better with the next model.
-        self.gpu = Gpu::None { why: None };
-        let mut seen = self.bake_on_cpu(mesh, spec, options, observer)?;
-        seen.fell_back = Some(failure.to_string());
-        Ok(seen)
+        // The GPU is not expected to do better with the next model.
+        self.gpu = Gpu::Unavailable { reason: None };
+        let mut timed = self.bake_on_cpu(mesh, spec, options, observer)?;
+        timed.gpu_failure = Some(failure.to_string());
+        Ok(timed)
     }
 
-    fn look(&mut self) -> anyhow::Result<()> {
-        if !matches!(self.gpu, Gpu::NotLookedFor) {
+    /// Opens the requested GPU, once.
+    fn find_gpu(&mut self) -> anyhow::Result<()> {
+        if !matches!(self.gpu, Gpu::NotSearched) {
             return Ok(());
         }
-        let found = match &self.asked {
-            Asked::Cpu => None,
-            Asked::Auto => Some(Context::new(&Choice::Real)),
-            Asked::Named(name) => Some(Ok(Context::new(&Choice::Named(name.clone()))?)),
-            Asked::Gpu(choice) => Some(Ok(Context::new(choice)?)),
+        let found = match &self.request {
+            BackendRequest::Cpu => None,
+            BackendRequest::Auto => Some(Context::new(&Choice::Real)),
+            BackendRequest::Named(name) => Some(Ok(Context::new(&Choice::Named(name.clone()))?)),
+            BackendRequest::Gpu(choice) => Some(Ok(Context::new(choice)?)),
         };
         self.gpu = match found {
-            None => Gpu::None { why: None },
-            Some(Err(error)) => Gpu::None {
-                why: Some(error.to_string()),
+            None => Gpu::Unavailable { reason: None },
+            Some(Err(error)) => Gpu::Unavailable {
+                reason: Some(error.to_string()),
             },
             Some(Ok(context)) => {
-                let baker = gpu::Baker::new(&context, self.choice);
+                let baker = gpu::Baker::new(&context, self.algorithm);
                 Gpu::Found(Box::new((context, baker)))
             }
         };
         Ok(())
     }
 
-    /// Whether the CPU could do better, and was not ruled out.
+    /// Whether the CPU may bake instead: the failure is the GPU's own and the request allows it.
     fn may_fall_back(&self, failure: &gpu::BakeError) -> bool {
         use gpu::BakeError::{Cancelled, NoSweep, Options};
-        let is_ours = matches!(failure, Cancelled | NoSweep(_) | Options(_));
-        !is_ours && !matches!(self.asked, Asked::Gpu(_))
+        let is_independent_of_gpu = matches!(failure, Cancelled | NoSweep(_) | Options(_));
+        !is_independent_of_gpu && !matches!(self.request, BackendRequest::Gpu(_))
     }
 
     fn bake_on_cpu(
@@ -148,28 +151,28 @@ impl Backend {
         spec: GridSpec,
         options: &BakeOptions,
         observer: Observer<'_>,
-    ) -> anyhow::Result<Seen> {
+    ) -> anyhow::Result<TimedBake> {
         let start = Instant::now();
         let mut prepared = self.cpu.prepare(mesh, spec, options)?;
         let prepare_s = start.elapsed().as_secs_f64();
-        let why_cpu = match &self.gpu {
-            Gpu::None { why } => why.clone(),
-            Gpu::NotLookedFor | Gpu::Found(_) => None,
+        let cpu_reason = match &self.gpu {
+            Gpu::Unavailable { reason } => reason.clone(),
+            Gpu::NotSearched | Gpu::Found(_) => None,
         };
-        let by = By {
-            kernel: prepared.kernel(),
-            why_rays: prepared.why_rays().map(ToString::to_string),
+        let provenance = Provenance {
+            algorithm: prepared.kernel(),
+            rays_reason: prepared.why_rays().map(ToString::to_string),
             adapter: None,
             driver: None,
-            why_cpu,
+            cpu_reason,
         };
         let start = Instant::now();
-        Ok(Seen {
+        Ok(TimedBake {
             raw: prepared.bake(observer)?,
-            by,
+            provenance,
             prepare_s,
             visibility_s: start.elapsed().as_secs_f64(),
-            fell_back: None,
+            gpu_failure: None,
         })
     }
 }
@@ -181,26 +184,26 @@ fn bake_on_gpu(
     spec: GridSpec,
     options: &BakeOptions,
     observer: Observer<'_>,
-) -> Result<Seen, gpu::BakeError> {
+) -> Result<TimedBake, gpu::BakeError> {
     let start = Instant::now();
     let mut prepared = baker.prepare(mesh, spec, options)?;
     let prepare_s = start.elapsed().as_secs_f64();
     let info = context.adapter();
     let driver = format!("{} {}", info.driver, info.driver_info);
-    let by = By {
-        kernel: prepared.kernel(),
-        why_rays: prepared.why_rays().map(ToString::to_string),
+    let provenance = Provenance {
+        algorithm: prepared.kernel(),
+        rays_reason: prepared.why_rays().map(ToString::to_string),
         adapter: Some(info.name.clone()),
         driver: Some(driver.trim().to_owned()).filter(|driver| !driver.is_empty()),
-        why_cpu: None,
+        cpu_reason: None,
     };
     let start = Instant::now();
-    Ok(Seen {
+    Ok(TimedBake {
         raw: prepared.bake(observer)?,
-        by,
+        provenance,
         prepare_s,
         visibility_s: start.elapsed().as_secs_f64(),
-        fell_back: None,
+        gpu_failure: None,
     })
 }
 
@@ -214,13 +217,16 @@ mod tests {
 
     use super::*;
 
-    /// Bakes with a GPU whose device goes away at its first sign of progress; none without a GPU.
-    fn bake_with_lost_device(asked: impl Fn(String) -> Asked) -> Option<anyhow::Result<Seen>> {
+    /// Bakes with a GPU whose device is destroyed at its first progress report; `None` without a
+    /// GPU.
+    fn bake_with_lost_device(
+        request: impl Fn(String) -> BackendRequest,
+    ) -> Option<anyhow::Result<TimedBake>> {
         let name = aogrid_tests::gpu()?.adapter().name.clone();
         let mesh = Sample::Table.mesh(None).unwrap();
         let (spec, options) = (spec(&mesh), BakeOptions::recommended());
-        let mut backend = Backend::new(asked(name), Some(Kernel::Sweep));
-        backend.look().unwrap();
+        let mut backend = Backend::new(request(name), Some(Kernel::Sweep));
+        backend.find_gpu().unwrap();
         let Gpu::Found(found) = &backend.gpu else {
             panic!("the adapter was there a moment ago");
         };
@@ -232,9 +238,9 @@ mod tests {
             }
             ControlFlow::Continue(())
         };
-        let seen = backend.bake(&mesh, spec, &options, &destroy);
+        let timed = backend.bake(&mesh, spec, &options, &destroy);
         assert!(was_gpu.load(Ordering::Relaxed));
-        Some(seen)
+        Some(timed)
     }
 
     fn spec(mesh: &TriangleMesh) -> GridSpec {
@@ -246,25 +252,26 @@ mod tests {
     }
 
     #[test]
-    fn where_a_gpu_fails_midway_the_cpu_bakes_and_says_why() {
-        let Some(seen) = bake_with_lost_device(Asked::Named) else {
+    fn the_cpu_takes_over_from_a_lost_gpu_and_reports_why() {
+        let Some(timed) = bake_with_lost_device(BackendRequest::Named) else {
             return;
         };
-        let seen = seen.unwrap();
-        assert_eq!(seen.by.backend(), "cpu");
-        let why = seen.fell_back.unwrap();
+        let timed = timed.unwrap();
+        assert_eq!(timed.provenance.backend(), "cpu");
+        let why = timed.gpu_failure.unwrap();
         assert!(why.contains("lost") && why.lines().count() == 1, "{why}");
         let mesh = Sample::Table.mesh(None).unwrap();
         let options = BakeOptions::recommended();
-        let alone = Backend::new(Asked::Cpu, None).bake(&mesh, spec(&mesh), &options, UNOBSERVED);
-        assert_eq!(seen.raw, alone.unwrap().raw);
+        let alone =
+            Backend::new(BackendRequest::Cpu, None).bake(&mesh, spec(&mesh), &options, UNOBSERVED);
+        assert_eq!(timed.raw, alone.unwrap().raw);
     }
 
     #[test]
-    fn a_gpu_that_was_insisted_on_and_fails_midway_is_an_error() {
-        let insisted = |name| Asked::Gpu(Choice::Named(name));
-        if let Some(seen) = bake_with_lost_device(insisted) {
-            let error = seen.err().expect("there is no result").to_string();
+    fn a_lost_gpu_is_an_error_if_only_a_gpu_was_requested() {
+        let only_gpu = |name| BackendRequest::Gpu(Choice::Named(name));
+        if let Some(timed) = bake_with_lost_device(only_gpu) {
+            let error = timed.err().expect("there is no result").to_string();
             assert!(error.contains("lost"), "{error}");
         }
     }

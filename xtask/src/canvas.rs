@@ -1,17 +1,18 @@
-//! A picture with lines and letters.
+//! A raster image with lines and text.
 
 use font8x8::{BASIC_FONTS, LATIN_FONTS, UnicodeFonts};
 use image::{Rgb, RgbImage};
 
-/// The side of a letter, in pixels.
-pub(crate) const LETTER: u32 = 8;
+/// The width and height of a character, in pixels.
+pub(crate) const GLYPH_SIZE: u32 = 8;
 
-pub(crate) type Colour = [u8; 3];
+pub(crate) type Color = [u8; 3];
 
-pub(crate) const BACKGROUND: Colour = [24, 24, 28];
-pub(crate) const INK: Colour = [225, 225, 225];
-pub(crate) const DIM: Colour = [150, 150, 155];
+pub(crate) const BACKGROUND: Color = [24, 24, 28];
+pub(crate) const INK: Color = [225, 225, 225];
+pub(crate) const DIM: Color = [150, 150, 155];
 
+/// An RGB image to draw on.
 pub(crate) struct Canvas(RgbImage);
 
 impl Canvas {
@@ -23,35 +24,37 @@ impl Canvas {
         self.0
     }
 
-    /// Nothing happens outside the picture.
-    pub(crate) fn set(&mut self, x: u32, y: u32, colour: Colour) {
+    /// Sets a pixel; does nothing outside the image.
+    pub(crate) fn set(&mut self, x: u32, y: u32, color: Color) {
         if let Some(pixel) = self.0.get_pixel_mut_checked(x, y) {
-            *pixel = Rgb(colour);
+            *pixel = Rgb(color);
         }
     }
 
     /// Writes `text` with its upper left corner at (x, y).
-    pub(crate) fn text(&mut self, mut x: u32, y: u32, text: &str, colour: Colour) {
-        for letter in text.chars() {
-            let glyph = BASIC_FONTS.get(letter).or_else(|| LATIN_FONTS.get(letter));
+    pub(crate) fn text(&mut self, mut x: u32, y: u32, text: &str, color: Color) {
+        for character in text.chars() {
+            let glyph = BASIC_FONTS
+                .get(character)
+                .or_else(|| LATIN_FONTS.get(character));
             let glyph = glyph.or_else(|| BASIC_FONTS.get('?')).unwrap_or_default();
             for (row, bits) in (0..).zip(glyph) {
-                for column in (0..LETTER).filter(|column| bits >> column & 1 == 1) {
-                    self.set(x + column, y + row, colour);
+                for column in (0..GLYPH_SIZE).filter(|column| bits >> column & 1 == 1) {
+                    self.set(x + column, y + row, color);
                 }
             }
-            x += LETTER;
+            x += GLYPH_SIZE;
         }
     }
 
-    /// A line from `a` to `b`, clipped to the rectangle at `origin` of `size`, in which both
-    /// are given; the ends may lie outside.
+    /// Draws a line from `a` to `b`, in pixels relative to `origin`, clipped to the rectangle of
+    /// `size` at `origin`.
     pub(crate) fn line(
         &mut self,
         origin: [u32; 2],
         size: [u32; 2],
         [a, b]: [[f64; 2]; 2],
-        colour: Colour,
+        color: Color,
     ) {
         let Some([a, b]) = clip(a, b, size.map(f64::from)) else {
             return;
@@ -61,12 +64,12 @@ impl Canvas {
             let t = f64::from(step) / steps;
             let at = |x: usize| (a[x] + t * (b[x] - a[x])).floor().max(0.0) as u32;
             let [x, y] = [at(0).min(size[0] - 1), at(1).min(size[1] - 1)];
-            self.set(origin[0] + x, origin[1] + y, colour);
+            self.set(origin[0] + x, origin[1] + y, color);
         }
     }
 }
 
-/// The part of the segment within 0..=size (Liang and Barsky), none if there is none.
+/// Returns the part of the segment within 0..=size, if there is one (Liang and Barsky).
 fn clip(a: [f64; 2], b: [f64; 2], size: [f64; 2]) -> Option<[[f64; 2]; 2]> {
     let (mut from, mut to) = (0.0_f64, 1.0_f64);
     for x in 0..2 {

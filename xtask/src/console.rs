@@ -1,4 +1,4 @@
-//! What the user sees: results on stdout, everything else on stderr.
+//! Console output: results on stdout, everything else on stderr.
 
 use std::io::{self, IsTerminal, Write};
 use std::ops::ControlFlow;
@@ -11,9 +11,10 @@ use serde::Serialize;
 
 use crate::interrupt;
 
-/// How often a long bake says how far it is where there is no terminal to draw a bar on.
+/// The interval between progress lines where stderr is no terminal and no bar can be drawn.
 const PLAIN_INTERVAL: Duration = Duration::from_secs(5);
 
+/// Prints results, notes, warnings, errors and progress.
 pub(crate) struct Console {
     quiet: bool,
 }
@@ -23,14 +24,14 @@ impl Console {
         Self { quiet }
     }
 
-    /// A line of the command's result.
+    /// Prints a line of the command's result.
     pub(crate) fn result(&self, line: &str) {
         print(&mut io::stdout().lock(), &printable(line));
     }
 
-    /// The command's result for a machine: one JSON object.
+    /// Prints the command's result for a machine: one JSON object.
     pub(crate) fn json(&self, value: &impl Serialize) -> anyhow::Result<()> {
-        // JSON escapes what is not printable itself.
+        // JSON escapes control characters itself.
         print(
             &mut io::stdout().lock(),
             &serde_json::to_string_pretty(value)?,
@@ -38,26 +39,26 @@ impl Console {
         Ok(())
     }
 
-    /// Something that happened and that scripts need not read.
+    /// Prints a note that scripts need not read; nothing with `--quiet`.
     pub(crate) fn note(&self, line: &str) {
         if !self.quiet {
             print(&mut io::stderr().lock(), &printable(line));
         }
     }
 
-    /// Something the user should know although the command goes on.
+    /// Prints a problem in spite of which the command goes on.
     pub(crate) fn warning(&self, line: &str) {
         let line = printable(&format!("warning: {line}"));
         print(&mut io::stderr().lock(), &line);
     }
 
-    /// Why the command failed: the whole chain of causes, in one line.
+    /// Prints why the command failed: the whole chain of causes, in one line.
     pub(crate) fn error(&self, error: &anyhow::Error) {
         let line = printable(&format!("error: {error:#}"));
         print(&mut io::stderr().lock(), &line);
     }
 
-    /// A bar for work on `name`.
+    /// Returns a progress display for work on `name`.
     pub(crate) fn progress(&self, name: &str) -> Bar {
         if self.quiet {
             return Bar::Silent;
@@ -75,7 +76,7 @@ impl Console {
     }
 }
 
-/// Progress of one bake.
+/// The progress display of one long operation.
 pub(crate) enum Bar {
     Silent,
     Plain { name: String, last: Mutex<Instant> },
@@ -83,11 +84,11 @@ pub(crate) enum Bar {
 }
 
 impl Bar {
-    /// Shows `progress`; breaks if the user interrupted. An observer of a bake.
+    /// Shows `progress`; breaks if the user interrupted. Serves as the observer of a bake.
     pub(crate) fn observe(&self, progress: Progress) -> ControlFlow<()> {
         match self {
             Self::Silent => {}
-            Self::Plain { name, last } => plain(name, last, progress),
+            Self::Plain { name, last } => print_plain(name, last, progress),
             Self::Drawn(bar) => {
                 bar.set_length(progress.total as u64);
                 bar.set_position(progress.done as u64);
@@ -108,8 +109,9 @@ impl Drop for Bar {
     }
 }
 
-fn plain(name: &str, last: &Mutex<Instant>, Progress { done, total }: Progress) {
-    // A thread that finds another one busy here has nothing to add.
+/// Prints a progress line, at most one every [`PLAIN_INTERVAL`].
+fn print_plain(name: &str, last: &Mutex<Instant>, Progress { done, total }: Progress) {
+    // Another thread is printing progress already: this one need not.
     let Ok(mut last) = last.try_lock() else {
         return;
     };
@@ -120,12 +122,12 @@ fn plain(name: &str, last: &Mutex<Instant>, Progress { done, total }: Progress) 
     }
 }
 
-/// One line without control characters: names of files and of their parts may hold any.
+/// Replaces control characters, which names of files and of their parts may contain.
 fn printable(line: &str) -> String {
     line.replace(char::is_control, "\u{FFFD}")
 }
 
-/// A reader that has gone away (`| head`) is no reason to panic, and none to go on.
+/// Prints a line, and exits without a panic if the reader has closed the pipe (`| head`).
 fn print(to: &mut impl Write, line: &str) {
     if writeln!(to, "{line}").is_err() {
         std::process::exit(1);

@@ -1,27 +1,27 @@
-//! Ctrl-C: ask the bake to stop, and stop anyway where nothing asks back.
+//! Ctrl-C handling: asks the running command to stop, and ends the process if it does not.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
-/// How long a command may take to notice. Loading and building do not look; they are left
-/// standing, which is safe: output files appear whole or not at all.
-const PATIENCE: Duration = Duration::from_millis(700);
+/// The time that a command has to react before the process is ended. Loading meshes and building
+/// BVHs do not poll; ending them is safe, since output files appear whole or not at all.
+const GRACE_PERIOD: Duration = Duration::from_millis(700);
 
-/// From here on an interrupt is a request first.
+/// Installs the interrupt handler: from here on an interrupt is a request to stop first.
 pub(crate) fn listen() {
     let handler = || {
         REQUESTED.store(true, Ordering::Relaxed);
-        std::thread::sleep(PATIENCE);
+        std::thread::sleep(GRACE_PERIOD);
         eprintln!("error: interrupted");
         std::process::exit(1);
     };
-    // Without a handler an interrupt ends the process at once, which is as good.
+    // If installing fails, an interrupt ends the process at once, which is acceptable too.
     let _ = ctrlc::set_handler(handler);
 }
 
-/// Whether the user wants the command to end.
+/// Whether the user has interrupted the command.
 pub(crate) fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }

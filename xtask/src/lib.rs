@@ -1,8 +1,8 @@
 //! The commands of aogrid, one file each, called as `cargo xtask COMMAND`.
 //!
-//! Exit status: 0 done, 1 failed, 2 wrong usage. What failed is one line on stderr; wrong usage
-//! comes with a hint. Output files are written beside their place and renamed, so that a killed
-//! command leaves old ones whole.
+//! Exit status: 0 done, 1 failed, 2 wrong usage. A failure prints one line on stderr; wrong usage
+//! prints a hint. Output is written to a temporary file and renamed, so that a killed command
+//! leaves an existing file intact.
 
 mod backend;
 mod canvas;
@@ -33,7 +33,7 @@ use console::Console;
 )]
 #[command(disable_help_subcommand = true)]
 struct Cli {
-    /// No progress and no notes, only results, warnings and errors
+    /// Print no progress and no notes, only results, warnings and errors
     #[arg(long, global = true)]
     quiet: bool,
     #[command(subcommand)]
@@ -57,8 +57,15 @@ enum Command {
     ShaderCost(shader_cost::Args),
     /// Check everything that must hold before a change lands: tables, format, clippy,
     /// docs, tests
+    #[command(after_help = CI_EXAMPLES)]
     Ci,
 }
+
+/// The examples at the end of `ci --help`.
+const CI_EXAMPLES: &str = "\
+Examples:
+  cargo xtask ci
+  AOGRID_GPU=require cargo xtask ci";
 
 /// Runs the command that the process was called with.
 pub fn run() -> ExitCode {
@@ -85,6 +92,36 @@ pub fn run() -> ExitCode {
         Err(error) => {
             console.error(&error);
             ExitCode::FAILURE
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn every_command_has_two_or_three_examples_that_parse() {
+        for command in Cli::command().get_subcommands() {
+            let name = command.get_name();
+            let help = command.get_after_help().map(ToString::to_string);
+            let help = help.unwrap_or_else(|| panic!("{name} has no examples"));
+            let (heading, examples) = help.split_once('\n').unwrap();
+            assert_eq!(heading, "Examples:", "{name}");
+            assert!((2..=3).contains(&examples.lines().count()), "{name}");
+            for example in examples.lines() {
+                // An example may set a variable first, or show what to do with the output.
+                let Some((_, line)) = example.split_once("cargo xtask ") else {
+                    continue;
+                };
+                let words = ["xtask"].into_iter().chain(line.split_whitespace());
+                if let Err(error) = Cli::try_parse_from(words) {
+                    panic!("{example}: {error}");
+                }
+                assert!(line.starts_with(name), "{example}");
+            }
         }
     }
 }

@@ -1,4 +1,4 @@
-//! NumPy arrays.
+//! NumPy array files.
 
 use std::path::Path;
 

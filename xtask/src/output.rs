@@ -1,4 +1,4 @@
-//! Files appear whole or not at all.
+//! Atomic output files: a file appears whole or not at all.
 
 use std::fs;
 use std::io::{self, Write};
@@ -6,25 +6,25 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 
-/// Writes `bytes` to `path`: into a temporary file beside it, which then takes its place.
+/// Writes `bytes` to a temporary file beside `path` and renames it to `path`.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     write_with(path, |file| file.write_all(bytes))
 }
 
-/// [`write()`] for what is made while it is written.
+/// Writes like [`write()`], with content that `produce` generates while it is written.
 pub(crate) fn write_with(
     path: &Path,
     produce: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> anyhow::Result<()> {
     check(path)?;
-    // What a link points to is replaced, not the link.
+    // A symbolic link stays a link: the file that it points to is replaced.
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let folder = folder(&target);
     let cannot_write = || format!("{}: cannot write it", path.display());
     let mut builder = tempfile::Builder::new();
     builder.prefix(".").suffix(".tmp");
     #[cfg(unix)]
-    // The process's umask takes away what the user does not want.
+    // The process's umask removes the permissions that the user does not want.
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let temporary = builder.tempfile_in(folder).with_context(cannot_write)?;
     let mut file = io::BufWriter::new(temporary);
@@ -40,12 +40,12 @@ pub(crate) fn write_with(
     Ok(())
 }
 
-/// Says what is wrong with an output's place before any work is done for it.
+/// Checks that a file can be written to `path`, before any work is done for it.
 pub(crate) fn check(path: &Path) -> anyhow::Result<()> {
     if path.is_dir() {
         bail!("{}: it is a folder; name a file in it", path.display());
     }
-    // A renamed file would take the place of a device or a pipe, not feed it.
+    // Renaming would replace a device or a pipe instead of writing to it.
     if path.exists() && !path.is_file() {
         bail!("{}: it is not a regular file", path.display());
     }
@@ -60,7 +60,7 @@ pub(crate) fn check(path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Refuses to overwrite what a command reads.
+/// Checks that a command does not overwrite its own input.
 pub(crate) fn check_not_input(out: &Path, input: &Path) -> anyhow::Result<()> {
     match (fs::canonicalize(out), fs::canonicalize(input)) {
         (Ok(a), Ok(b)) if a == b => {
@@ -70,6 +70,7 @@ pub(crate) fn check_not_input(out: &Path, input: &Path) -> anyhow::Result<()> {
     }
 }
 
+/// Returns the folder that holds `path`.
 fn folder(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if folder.as_os_str().is_empty() => Path::new("."),

@@ -2,7 +2,7 @@
 
 use super::{LAYER_DIRECTIONS, LayerCounts, SignedLayers};
 
-/// How a cell lies to the mesh.
+/// The position of a cell relative to the mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CellClass {
     /// Whether it is inside.

@@ -63,7 +63,7 @@ pub(super) struct Counter<'a, D> {
     counts: Vec<LayerCounts>,
     edges: Vec<Edge>,
     rows: Rows<D>,
-    /// Of the cells of a tile, u fastest.
+    /// The facts of the cells of a tile, u fastest.
     facts: Vec<[D; LANES]>,
 }
 

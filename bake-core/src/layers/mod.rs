@@ -84,7 +84,7 @@ impl LayerCounts {
 #[derive(Clone, Debug, PartialEq)]
 pub struct SignedLayers {
     region: Region,
-    /// Of the region's cells, x fastest.
+    /// The counts of the region's cells, x fastest.
     counts: Vec<LayerCounts>,
     winding: Winding,
 }

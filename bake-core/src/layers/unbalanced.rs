@@ -10,7 +10,7 @@ use crate::prepared::{Edges, HalfEdge};
 /// turned over has a third, real meshes with a few flipped faces less than 1 %.
 const MAX_INCONSISTENT: f64 = 0.02;
 
-/// How far the windings of a mesh's triangles can be relied on.
+/// The reliability of the windings of a mesh's triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Winding {
     /// Neighbors agree.
@@ -30,7 +30,8 @@ pub(super) struct UnbalancedEdge {
 
 /// The parts of a mesh on which its signed layers depend.
 pub(super) struct Surface<'a> {
-    /// Without repetitions: a triangle that is there twice, turned over or not, is one surface.
+    /// The triangles without repetitions: one that is there twice, turned over or not, is one
+    /// surface.
     pub triangles: Cow<'a, [[u32; 3]]>,
     pub edges: Vec<UnbalancedEdge>,
     pub winding: Winding,

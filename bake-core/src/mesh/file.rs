@@ -1,4 +1,4 @@
-//! A mesh from a file, with what a grid remembers of it.
+//! Loading of mesh files, with the name and hash that a grid records.
 
 use std::io;
 use std::path::Path;
@@ -7,40 +7,41 @@ use aogrid_grid_format::Source;
 
 use super::{ObjError, TriangleMesh, read_obj};
 
-/// A mesh and where it came from.
+/// A mesh with the name and hash of its file.
 #[derive(Clone, Debug)]
 pub struct LoadedMesh {
     /// The mesh.
     pub mesh: TriangleMesh,
     /// The file's name, without folders.
     pub name: String,
-    /// BLAKE3 of the file's bytes, in hexadecimal.
+    /// BLAKE3 hash of the file's bytes, in hexadecimal.
     pub blake3: String,
 }
 
-/// Why a file gave no mesh. The message does not repeat the file's path: the caller has it.
+/// The reason that a file could not be loaded. The message does not repeat the file's path: the
+/// caller has it.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LoadError {
-    /// It cannot be read.
-    #[error("cannot read it")]
+    /// The file cannot be read.
+    #[error("cannot read the file")]
     Read(#[from] io::Error),
-    /// A device, a pipe, a folder.
+    /// The path is that of a device, a pipe or a folder.
     #[error("it is not a regular file")]
     NotAFile,
-    /// An ending that no reader knows.
-    #[error("its ending is not that of a mesh this program reads (.obj)")]
+    /// The file extension is not supported.
+    #[error("unsupported file extension; expected .obj")]
     UnknownFormat,
-    /// A broken OBJ file.
+    /// The OBJ file is malformed.
     #[error(transparent)]
     Obj(#[from] ObjError),
 }
 
-/// Reads the mesh in the file at `path`, by its ending.
+/// Loads the mesh file at `path`; its extension tells the format.
 ///
 /// # Errors
 ///
-/// The file cannot be read, is of an unknown kind, or is broken.
+/// The file cannot be read, has an unsupported extension, or is malformed.
 pub fn load(path: &Path) -> Result<LoadedMesh, LoadError> {
     let bytes = read_file(path)?;
     Ok(LoadedMesh {
@@ -51,18 +52,18 @@ pub fn load(path: &Path) -> Result<LoadedMesh, LoadError> {
 }
 
 impl LoadedMesh {
-    /// The name and hash that [`load`] would give, without parsing the mesh.
+    /// Returns the name and the hash that [`load`] would give, without parsing the mesh.
     ///
     /// # Errors
     ///
-    /// The file cannot be read or is of an unknown kind.
+    /// The file cannot be read or has an unsupported extension.
     pub fn identify(path: &Path) -> Result<(String, String), LoadError> {
         Ok((name(path), hash(&read_file(path)?)))
     }
 }
 
 impl From<&LoadedMesh> for Source {
-    /// What a grid baked from the whole mesh remembers of it.
+    /// Returns the source that a grid baked from the whole mesh records.
     fn from(loaded: &LoadedMesh) -> Self {
         Self {
             name: loaded.name.clone(),
@@ -74,12 +75,12 @@ impl From<&LoadedMesh> for Source {
 }
 
 fn read_file(path: &Path) -> Result<Vec<u8>, LoadError> {
-    // A device or pipe could be endless.
+    // Reading a device or a pipe might never end.
     if !std::fs::metadata(path)?.is_file() {
         return Err(LoadError::NotAFile);
     }
-    let ending = path.extension().unwrap_or_default();
-    if !ending.eq_ignore_ascii_case("obj") {
+    let extension = path.extension().unwrap_or_default();
+    if !extension.eq_ignore_ascii_case("obj") {
         return Err(LoadError::UnknownFormat);
     }
     Ok(std::fs::read(path)?)

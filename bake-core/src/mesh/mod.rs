@@ -1,4 +1,4 @@
-//! The triangles that cast occlusion, validated once.
+//! The occluder's triangle mesh, validated once.
 
 mod file;
 mod obj;
@@ -10,13 +10,13 @@ mod weld;
 pub use file::{LoadError, LoadedMesh, load};
 pub use obj::{ObjError, read_obj};
 pub use report::MeshReport;
-pub(crate) use weld::first_at_place;
+pub(crate) use weld::first_duplicate;
 
 use std::ops::Range;
 
-/// Triangles in parts, in object space. Every index is valid, every coordinate of a triangle's
-/// corner is finite, there is at least one triangle. Winding does not matter: a triangle
-/// occludes from both sides.
+/// A mesh of one or more triangles in object space, divided into parts. Every index is valid, and
+/// every corner of a triangle is finite. Winding does not matter for occlusion: a triangle occludes
+/// from both sides.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TriangleMesh {
     positions: Vec<[f32; 3]>,
@@ -25,12 +25,12 @@ pub struct TriangleMesh {
     bounds: Bounds,
 }
 
-/// A named run of triangles: an object or group of the file.
+/// A named range of triangles: an object or group of the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
     /// The name in the file; not necessarily unique or usable as a file's name.
     pub name: String,
-    /// Which triangles.
+    /// The range of the part's triangles.
     pub triangles: Range<usize>,
 }
 
@@ -43,37 +43,38 @@ pub struct Bounds {
     pub max: [f32; 3],
 }
 
-/// Why triangles are not a mesh.
+/// The reason that triangles are not a valid mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshError {
-    /// Nothing to bake.
-    #[error("it has no triangles: no face with three corners or more")]
+    /// There are no triangles to bake.
+    #[error("it has no triangles: no face has three or more corners")]
     Empty,
-    /// A corner that does not exist.
-    #[error("triangle {triangle} refers to vertex {vertex} of {count}")]
+    /// A triangle refers to a vertex that does not exist.
+    #[error("triangle {triangle} refers to vertex {vertex}, but there are only {count} vertices")]
     Index {
         /// The triangle's index.
         triangle: usize,
-        /// The index it holds.
+        /// The invalid vertex index.
         vertex: u32,
-        /// How many vertices there are.
+        /// The number of vertices.
         count: usize,
     },
-    /// A corner at no place.
+    /// A vertex of a triangle is infinite or NaN.
     #[error("vertex {0} of the mesh is not finite")]
     NotFinite(u32),
-    /// Parts that do not follow each other over all triangles.
-    #[error("part {0} does not begin where the one before it ends")]
+    /// The parts do not cover all triangles in order.
+    #[error("part {0} does not begin where the part before it ends")]
     Parts(usize),
 }
 
 impl TriangleMesh {
-    /// Checks and takes triangles. `parts` must cover them in order, without gaps.
+    /// Creates a mesh from validated triangles. `parts` must cover them in order, without gaps.
     ///
     /// # Errors
     ///
-    /// No triangles, an index out of range, a used vertex that is not finite, parts with gaps.
+    /// There are no triangles, an index is out of range, a used vertex is not finite, or the parts
+    /// have gaps.
     pub fn new(
         positions: Vec<[f32; 3]>,
         triangles: Vec<[u32; 3]>,
@@ -117,33 +118,33 @@ impl TriangleMesh {
         })
     }
 
-    /// The vertices, in object units. Not all need be used.
+    /// Returns the vertices, in object units. Some may be unused.
     pub fn positions(&self) -> &[[f32; 3]] {
         &self.positions
     }
 
-    /// Three indices into [`TriangleMesh::positions`] for each triangle.
+    /// Returns three indices into [`TriangleMesh::positions`] for each triangle.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
-    /// The parts, in the order of their triangles.
+    /// Returns the parts, in the order of their triangles.
     pub fn parts(&self) -> &[Part] {
         &self.parts
     }
 
-    /// The box around all triangles.
+    /// Returns the bounding box of all triangles.
     pub fn bounds(&self) -> Bounds {
         self.bounds
     }
 
-    /// The corners of every triangle.
+    /// Returns the corners of every triangle.
     pub fn corners(&self) -> impl ExactSizeIterator<Item = [[f32; 3]; 3]> + '_ {
         let corner = |vertex: u32| self.positions[vertex as usize];
         self.triangles.iter().map(move |t| t.map(corner))
     }
 
-    /// One part as a mesh of its own.
+    /// Returns a part as a mesh of its own.
     ///
     /// # Errors
     ///
@@ -184,12 +185,12 @@ impl Bounds {
         }
     }
 
-    /// The middle.
+    /// Returns the center of the box.
     pub fn center(&self) -> [f32; 3] {
         std::array::from_fn(|x| ((f64::from(self.min[x]) + f64::from(self.max[x])) / 2.0) as f32)
     }
 
-    /// Half the size along each axis, measured from [`Bounds::center`].
+    /// Returns half the size along each axis, measured from [`Bounds::center`].
     pub fn half_extents(&self) -> [f64; 3] {
         let center = self.center();
         std::array::from_fn(|x| {
@@ -211,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_what_is_no_mesh() {
+    fn invalid_meshes_are_refused() {
         let corner = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         let new = |positions: &[[f32; 3]], triangles: &[[u32; 3]], parts| {
             TriangleMesh::new(positions.to_vec(), triangles.to_vec(), parts).unwrap_err()
@@ -233,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn bounds_count_only_used_vertices() {
+    fn bounds_ignore_unused_vertices() {
         let positions = vec![[1.0; 3], [2.0, 1.0, 1.0], [1.0, 3.0, 1.0], [99.0; 3]];
         let parts = vec![part("a", 0..1)];
         let mesh = TriangleMesh::new(positions, vec![[0, 1, 2]], parts).unwrap();
@@ -243,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn a_part_takes_its_own_vertices_along() {
+    fn a_part_keeps_only_its_own_vertices() {
         let positions = (0..6).map(|i| [i as f32, (i * i) as f32, 0.0]).collect();
         let parts = vec![part("a", 0..1), part("b", 1..2)];
         let mesh = TriangleMesh::new(positions, vec![[0, 1, 2], [5, 3, 1]], parts).unwrap();

@@ -1,7 +1,7 @@
-//! Wavefront OBJ.
+//! The reader of Wavefront OBJ files.
 //!
-//! The tobj crate parses; [`LineReader`] feeds it geometry alone, and when it refuses a file,
-//! this module finds the line.
+//! The tobj crate parses. [`LineReader`] passes it nothing but geometry, and if it rejects a file,
+//! this module finds the faulty line.
 
 use tobj::LoadOptions;
 
@@ -9,51 +9,52 @@ use super::obj_lines::{Kind, LineReader, Lines};
 use super::polygon::Triangulator;
 use super::{MeshError, Part, TriangleMesh};
 
-/// The name of a part that the file does not name.
+/// The name of a part without a name in the file.
 const UNNAMED: &str = "unnamed";
 
-/// Why text is no OBJ mesh.
+/// The reason that a text is not an OBJ mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ObjError {
-    /// A `v` line without three finite coordinates.
+    /// A `v` line does not have three finite coordinates.
     #[error("line {0}: a vertex needs three finite numbers")]
     Vertex(usize),
-    /// An `f` line with something else than indices.
-    #[error("line {0}: a face holds something that is not a vertex index")]
+    /// An `f` line contains something other than indices.
+    #[error("line {0}: a face contains something that is not a vertex index")]
     Face(usize),
-    /// An `f` line that names a vertex that the file does not have.
+    /// An `f` line refers to a vertex that does not exist.
     #[error("line {line}: a face refers to vertex {index}; 1 to {count} and -{count} to -1 exist")]
     Index {
-        /// The line.
+        /// The line number.
         line: usize,
-        /// The index as written: 1 is the first vertex, −1 the one before the face.
+        /// The index as written: 1 is the first vertex, −1 the last one before the face.
         index: i64,
-        /// How many vertices a face there can refer to.
+        /// The number of vertices that the face can refer to.
         count: usize,
     },
-    /// UTF-16, most likely.
-    #[error("it is not plain text but UTF-16: save it as UTF-8")]
+    /// The file starts with a byte order mark of UTF-16.
+    #[error("the text is encoded as UTF-16: save it as UTF-8")]
     Utf16,
-    /// The parser refused it for a reason that is not one of the above.
+    /// The parser rejected the file for another reason.
     #[error("line {line}: {reason}")]
     Parser {
-        /// The line that the parser had got to.
+        /// The line that the parser had reached.
         line: usize,
-        /// The parser's words.
+        /// The parser's message.
         reason: String,
     },
-    /// It parses, but what it holds is not a mesh.
+    /// The file can be parsed, but its triangles are not a valid mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),
 }
 
-/// Reads the triangles of an OBJ file: polygons are cut (concave ones properly), each object or
-/// group becomes a part, points, lines, normals, texture coordinates and materials are ignored.
+/// Reads the triangles of an OBJ file. Polygons are triangulated, concave ones included; each
+/// object or group becomes a part; points, lines, normals, texture coordinates and materials are
+/// ignored.
 ///
 /// # Errors
 ///
-/// The first line that is wrong, or a file without faces.
+/// A line is malformed (the error names the first one), or the file has no faces.
 pub fn read_obj(file: &[u8]) -> Result<TriangleMesh, ObjError> {
     if file.starts_with(b"\xFF\xFE") || file.starts_with(b"\xFE\xFF") {
         return Err(ObjError::Utf16);
@@ -72,7 +73,7 @@ pub fn read_obj(file: &[u8]) -> Result<TriangleMesh, ObjError> {
         Ok((models, _materials)) => models,
         Err(error) => {
             let reason = error.to_string();
-            return Err(find_fault(file).unwrap_or(ObjError::Parser { line, reason }));
+            return Err(find_error(file).unwrap_or(ObjError::Parser { line, reason }));
         }
     };
     if let Some(line) = reader.not_finite() {
@@ -84,9 +85,9 @@ pub fn read_obj(file: &[u8]) -> Result<TriangleMesh, ObjError> {
 
 type Assembled = (Vec<[f32; 3]>, Vec<[u32; 3]>, Vec<Part>);
 
-/// Joins the parser's models into one mesh. Models of the same name are one part.
+/// Joins the parser's models into one mesh. Models with the same name become one part.
 fn assemble(mut models: Vec<tobj::Model>) -> Assembled {
-    // The order of first appearance, kept by a stable sort over it.
+    // A stable sort by the first appearance of the name makes models of a part adjacent.
     let mut names: Vec<String> = Vec::new();
     let mut seen = std::collections::HashMap::new();
     for model in &models {
@@ -97,6 +98,7 @@ fn assemble(mut models: Vec<tobj::Model>) -> Assembled {
     }
     models.sort_by_key(|model| seen[&model.name]);
 
+    // Adjacent models with the same name extend the last part; parts without triangles are dropped.
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
     let mut parts: Vec<Part> = Vec::new();
     let mut triangulator = Triangulator::new();
@@ -136,6 +138,7 @@ fn push_model(
     let mut push_polygon = |polygon: &[u32]| {
         let corners = polygon.iter().map(|&v| positions[(base + v) as usize]);
         let cut = triangulator.triangulate(corners);
+        // Indices into the polygon become indices into the whole mesh.
         triangles.extend(cut.map(|t| t.map(|corner| base + polygon[corner as usize])));
     };
     if mesh.face_arities.is_empty() {
@@ -144,19 +147,20 @@ fn push_model(
     }
     let mut rest = &mesh.indices[..];
     for &arity in &mesh.face_arities {
-        let (polygon, behind) = rest.split_at(arity as usize);
+        let (polygon, after) = rest.split_at(arity as usize);
         push_polygon(polygon);
-        rest = behind;
+        rest = after;
     }
 }
 
-/// The first line that makes the file unreadable, if it is one of those we know to look for.
-fn find_fault(file: &[u8]) -> Option<ObjError> {
+/// Returns the first error in the file that this module recognizes, if there is one.
+fn find_error(file: &[u8]) -> Option<ObjError> {
     let mut count = 0;
-    // Faces may name vertices further down, up to the end of their part.
-    let mut furthest: Option<(i64, usize)> = None;
-    let too_far = |furthest: Option<(i64, usize)>, count: usize| {
-        let (index, line) = furthest?;
+    // Faces may refer to vertices further down, up to the end of their part. So the largest index
+    // of a part, with its line, is compared with the number of vertices at the end of the part.
+    let mut largest: Option<(i64, usize)> = None;
+    let out_of_range = |largest: Option<(i64, usize)>, count: usize| {
+        let (index, line) = largest?;
         (index > count as i64).then_some(ObjError::Index { line, index, count })
     };
     for line in Lines::new(file) {
@@ -164,8 +168,8 @@ fn find_fault(file: &[u8]) -> Option<ObjError> {
             Kind::Vertex if !is_vertex(&line.words) => return Some(ObjError::Vertex(line.number)),
             Kind::Vertex => count += 1,
             Kind::Part => {
-                if let Some(fault) = too_far(furthest.take(), count) {
-                    return Some(fault);
+                if let Some(error) = out_of_range(largest.take(), count) {
+                    return Some(error);
                 }
             }
             Kind::Face => {
@@ -180,14 +184,14 @@ fn find_fault(file: &[u8]) -> Option<ObjError> {
                             count,
                         });
                     }
-                    if furthest.is_none_or(|(far, _)| index > far) {
-                        furthest = Some((index, line.number));
+                    if largest.is_none_or(|(largest, _)| index > largest) {
+                        largest = Some((index, line.number));
                     }
                 }
             }
         }
     }
-    too_far(furthest, count)
+    out_of_range(largest, count)
 }
 
 fn is_vertex(words: &[&[u8]]) -> bool {
@@ -234,14 +238,14 @@ mod tests {
     }
 
     #[test]
-    fn points_lines_and_materials_are_nothing() {
+    fn points_lines_and_materials_are_ignored() {
         let mesh =
             read("mtllib no.mtl\nusemtl x\nusemtl y\np 1 2\nl 1 2 3\nf 1\nf 1 2\nf 1 2 3\nf");
         assert_eq!(mesh.unwrap().triangles().len(), 1);
     }
 
     #[test]
-    fn weights_and_colours_do_not_move_vertices() {
+    fn weights_and_colors_do_not_move_vertices() {
         let file = "v 0 0 0 2\nv 2 0 0 2\nv 0 2 0 0\nv 0 2 2 1 0 0\nv 5 5 5 1 2 3 4\nf 1 2 3\nf 1 2 4\nf 1 2 5";
         let mesh = read_obj(file.as_bytes()).unwrap();
         assert_eq!(mesh.bounds().max, [5.0; 3]);
@@ -249,13 +253,13 @@ mod tests {
     }
 
     #[test]
-    fn broken_texture_coordinates_do_not_matter() {
+    fn malformed_texture_coordinates_are_ignored() {
         assert!(read("vt x\nvn nan nan nan\nf 1/9/9 2/-7 3//0").is_ok());
     }
 
     #[test]
-    fn faults_name_their_line() {
-        let fault = |faces: &str| read(faces).unwrap_err();
+    fn errors_name_their_line() {
+        let error = |faces: &str| read(faces).unwrap_err();
         for vertex in [
             "v 1 2",
             "v nan 0 0",
@@ -263,22 +267,22 @@ mod tests {
             "v 1e99 0 0",
             "v 1,5 0 0",
         ] {
-            // Used or not: a file with such a vertex is broken.
+            // A malformed vertex is an error even if it is unused.
             let file = format!("{vertex}\nf 1 2 5");
-            assert_eq!(fault(&file), ObjError::Vertex(5), "{vertex}");
+            assert_eq!(error(&file), ObjError::Vertex(5), "{vertex}");
             let unused = format!("{vertex}\nf 1 2 3");
-            assert_eq!(fault(&unused), ObjError::Vertex(5), "{vertex}");
+            assert_eq!(error(&unused), ObjError::Vertex(5), "{vertex}");
         }
-        assert_eq!(fault("f 1 2 3\nf 1 2 x"), ObjError::Face(6));
-        assert_eq!(fault("f 1 2 3\nf 1 2 /3"), ObjError::Face(6));
+        assert_eq!(error("f 1 2 3\nf 1 2 x"), ObjError::Face(6));
+        assert_eq!(error("f 1 2 3\nf 1 2 /3"), ObjError::Face(6));
         let index = |line, index, count| ObjError::Index { line, index, count };
-        assert_eq!(fault("f 1 2 5"), index(5, 5, 4));
-        assert_eq!(fault("f 1 2 0"), index(5, 0, 4));
-        assert_eq!(fault("\nf 1 2 -5"), index(6, -5, 4));
-        assert_eq!(fault("f 1 2 5\no next\nv 1 1 1\n"), index(5, 5, 4));
+        assert_eq!(error("f 1 2 5"), index(5, 5, 4));
+        assert_eq!(error("f 1 2 0"), index(5, 0, 4));
+        assert_eq!(error("\nf 1 2 -5"), index(6, -5, 4));
+        assert_eq!(error("f 1 2 5\no next\nv 1 1 1\n"), index(5, 5, 4));
         let far = "f 1 2 99999999999999999999";
-        assert_eq!(fault(far), ObjError::Face(5));
-        assert_eq!(fault("l 1 2"), ObjError::Mesh(MeshError::Empty));
+        assert_eq!(error(far), ObjError::Face(5));
+        assert_eq!(error("l 1 2"), ObjError::Mesh(MeshError::Empty));
         assert_eq!(read_obj(b"\xFF\xFEv\0"), Err(ObjError::Utf16));
     }
 

@@ -1,24 +1,24 @@
-//! The lines of an OBJ file that make up its geometry, in the plain form that every parser
-//! reads: positions without weights or colours, faces without texture coordinates or normals.
+//! The geometry lines of an OBJ file, in the plain form that every parser reads: positions without
+//! weights or colors, faces without texture coordinates or normals.
 //!
-//! It spares us the parser's opinions on what we do not use: missing material files, broken
-//! texture coordinates, vertex colours, weights (which scale positions in some readers and
-//! mean nothing for polygons).
+//! The filter keeps from the parser what we do not use and what could make it fail: missing
+//! material files, malformed texture coordinates, vertex colors, weights (which scale positions in
+//! some readers and have no meaning for polygons).
 
 use std::io::{self, BufRead, Read};
 
-/// One line of geometry, split into words.
+/// A line of geometry, split into words.
 pub(super) struct Line<'a> {
-    /// 1 for the first line of the file.
+    /// Line number; 1 is the first line of the file.
     pub number: usize,
     pub kind: Kind,
-    /// The words behind the keyword, without comments.
+    /// The words after the keyword, without comments.
     pub words: Vec<&'a [u8]>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// `v`: its first three words are coordinates.
+    /// `v`: the first three words are coordinates.
     Vertex,
     /// `f`: the words are position indices alone.
     Face,
@@ -38,7 +38,7 @@ impl<'a> Lines<'a> {
         Self { rest, number: 0 }
     }
 
-    /// The next line of the file without its end, be that LF, CR LF or CR.
+    /// Returns the next line of the file without its line ending (LF, CR LF or CR).
     fn next_physical(&mut self) -> Option<&'a [u8]> {
         if self.rest.is_empty() {
             return None;
@@ -62,6 +62,7 @@ impl<'a> Iterator for Lines<'a> {
             let line = self.next_physical()?;
             let number = self.number;
             let mut words = Vec::with_capacity(4);
+            // A logical line may continue over several physical ones.
             let mut continued = push_words(line, &mut words);
             while continued {
                 let Some(line) = self.next_physical() else {
@@ -95,7 +96,7 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// Adds a line's words up to a comment; true if a backslash continues it on the next line.
+/// Appends a line's words up to a comment. Returns whether a backslash continues the line.
 fn push_words<'a>(line: &'a [u8], words: &mut Vec<&'a [u8]>) -> bool {
     let line = line.trim_ascii();
     if words.is_empty() && line.starts_with(b"#") {
@@ -112,7 +113,8 @@ fn push_words<'a>(line: &'a [u8], words: &mut Vec<&'a [u8]>) -> bool {
     continued
 }
 
-/// `7` of `7`, `7/1`, `7//3` and `7/1/3`. A word without one stays as it is, to be refused.
+/// Returns the position index of a face corner: `7` for `7`, `7/1`, `7//3` and `7/1/3`. A word
+/// without one is returned unchanged, and will be rejected.
 fn position_index(word: &[u8]) -> &[u8] {
     match word.iter().position(|&b| b == b'/') {
         Some(0) | None => word,
@@ -120,19 +122,20 @@ fn position_index(word: &[u8]) -> &[u8] {
     }
 }
 
-/// Whether a word is a float that is infinite or not a number. Only letters (`nan`, `inf`, an
-/// exponent) or very many digits can make it one, and most words have neither.
+/// Whether a word is a float that is infinite or NaN. Such a word contains letters (`nan`, `inf`,
+/// an exponent) or very many digits; most words have neither and are not parsed.
 fn is_not_finite(word: &[u8]) -> bool {
-    let suspicious = word.len() > 38 || word.iter().any(u8::is_ascii_alphabetic);
+    let needs_parsing = word.len() > 38 || word.iter().any(u8::is_ascii_alphabetic);
     let parse = || std::str::from_utf8(word).ok()?.parse::<f32>().ok();
-    suspicious && parse().is_some_and(|v| !v.is_finite())
+    needs_parsing && parse().is_some_and(|v| !v.is_finite())
 }
 
-/// [`Lines`] as a reader, one plain line at a time.
+/// A reader of [`Lines`] in plain form, one line at a time.
 pub(super) struct LineReader<'a> {
     lines: Lines<'a>,
     line: Vec<u8>,
-    at: usize,
+    /// Number of bytes of `line` that are consumed.
+    position: usize,
     number: usize,
     not_finite: Option<usize>,
 }
@@ -142,18 +145,18 @@ impl<'a> LineReader<'a> {
         Self {
             lines: Lines::new(file),
             line: Vec::new(),
-            at: 0,
+            position: 0,
             number: 0,
             not_finite: None,
         }
     }
 
-    /// The number of the first line so far with a vertex that is not finite, used or not.
+    /// Returns the number of the first line so far with a vertex that is not finite, used or not.
     pub(super) fn not_finite(&self) -> Option<usize> {
         self.not_finite
     }
 
-    /// The number in the file of the line handed out last.
+    /// Returns the number in the file of the line that was returned last.
     pub(super) fn line_number(&self) -> usize {
         self.number
     }
@@ -163,7 +166,7 @@ impl<'a> LineReader<'a> {
         if line.kind == Kind::Vertex && line.words.iter().any(|word| is_not_finite(word)) {
             self.not_finite.get_or_insert(line.number);
         }
-        self.at = 0;
+        self.position = 0;
         self.line.clear();
         self.line.push(match line.kind {
             Kind::Vertex => b'v',
@@ -174,7 +177,7 @@ impl<'a> LineReader<'a> {
             self.line.push(b' ');
             match std::str::from_utf8(word) {
                 Ok(_) => self.line.extend(*word),
-                // Names in old encodings: the parser wants UTF-8.
+                // The parser requires UTF-8, but names may have an older encoding.
                 Err(_) => self.line.extend(String::from_utf8_lossy(word).bytes()),
             }
         }
@@ -184,16 +187,16 @@ impl<'a> LineReader<'a> {
 
 impl BufRead for LineReader<'_> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
-        if self.at == self.line.len()
+        if self.position == self.line.len()
             && let Some(line) = self.lines.next()
         {
             self.write_line(&line);
         }
-        Ok(&self.line[self.at..])
+        Ok(&self.line[self.position..])
     }
 
     fn consume(&mut self, amount: usize) {
-        self.at += amount;
+        self.position += amount;
     }
 }
 
@@ -216,14 +219,14 @@ mod tests {
     }
 
     #[test]
-    fn geometry_alone_remains() {
+    fn only_geometry_is_kept() {
         let file = b"\xEF\xBB\xBF# head \\\nmtllib gone.mtl\nv 1 2 3 0.5 0.5 0.5\n vn nan 0 0\n\
             \tf 1/1/1 2//2  -1 # tail\nusemtl x\nl 1 2\np 1\ns off\ng left arm\no\n";
         assert_eq!(plain(file), "v 1 2 3\nf 1 2 -1\no left arm\no\n");
     }
 
     #[test]
-    fn line_ends_and_continuations() {
+    fn all_line_endings_and_continuations_are_read() {
         let file = b"v 1 \\\r\n2 3\rv 4 5 6\r\n\r\nf 1 2 \\ \n3";
         assert_eq!(plain(file), "v 1 2 3\nv 4 5 6\nf 1 2 3\n");
         let numbers: Vec<_> = Lines::new(file).map(|line| line.number).collect();
@@ -232,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_that_are_not_text_do_no_harm() {
+    fn bytes_that_are_not_text_are_tolerated() {
         assert_eq!(plain(b"o caf\xE9\n"), "o caf\u{FFFD}\n");
         assert_eq!(plain(b"\xFF\xFE\0\n"), "");
         assert_eq!(plain(b""), "");

@@ -1,13 +1,15 @@
-//! Polygons of a mesh file, cut into triangles.
+//! Triangulation of the polygons of a mesh file.
 
 use earcut::{Earcut, utils3d::project3d_to_2d};
 
-/// Cuts polygons; keeps its buffers from one to the next.
+/// A triangulator of polygons that reuses its buffers.
 pub(super) struct Triangulator {
     earcut: Earcut<f64>,
     corners: Vec<[f64; 3]>,
-    flat: Vec<[f64; 2]>,
-    cut: Vec<u32>,
+    /// The corners projected to the polygon's plane.
+    projected: Vec<[f64; 2]>,
+    /// Three indices into the corners for each triangle.
+    indices: Vec<u32>,
 }
 
 impl Triangulator {
@@ -15,39 +17,39 @@ impl Triangulator {
         Self {
             earcut: Earcut::new(),
             corners: Vec::new(),
-            flat: Vec::new(),
-            cut: Vec::new(),
+            projected: Vec::new(),
+            indices: Vec::new(),
         }
     }
 
-    /// The triangles of the polygon with these corners, as indices into them. A polygon of
-    /// fewer than three corners has none.
+    /// Returns the triangles of a polygon as indices into its corners. A polygon of fewer than
+    /// three corners has none.
     pub(super) fn triangulate(
         &mut self,
         polygon: impl Iterator<Item = [f32; 3]>,
     ) -> impl Iterator<Item = [u32; 3]> + '_ {
         self.corners.clear();
         self.corners.extend(polygon.map(|p| p.map(f64::from)));
-        self.cut.clear();
-        // A fan covers a concave polygon wrongly: partly twice, partly not at all.
+        self.indices.clear();
+        // A fan would cover a concave polygon wrongly: partly twice, partly not at all.
         if !fan_covers(&self.corners)
-            && project3d_to_2d(&self.corners, self.corners.len(), &mut self.flat)
+            && project3d_to_2d(&self.corners, self.corners.len(), &mut self.projected)
         {
             let no_holes: [u32; 0] = [];
             self.earcut
-                .earcut(self.flat.iter().copied(), &no_holes, &mut self.cut);
+                .earcut(self.projected.iter().copied(), &no_holes, &mut self.indices);
         }
-        if self.cut.is_empty() {
-            // Convex, or so degenerate that every cut is as good as another.
+        if self.indices.is_empty() {
+            // The polygon is convex, or so degenerate that any triangulation will do.
             let n = self.corners.len() as u32;
-            self.cut.extend((2..n).flat_map(|i| [0, i - 1, i]));
+            self.indices.extend((2..n).flat_map(|i| [0, i - 1, i]));
         }
-        self.cut.chunks_exact(3).map(|t| [t[0], t[1], t[2]])
+        self.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]])
     }
 }
 
-/// Whether the fan around the first corner covers the polygon exactly: no triangle of the fan
-/// turns against the polygon's normal.
+/// Whether the fan around the first corner covers the polygon exactly: no triangle of the fan is
+/// wound against the polygon's normal.
 fn fan_covers(corners: &[[f64; 3]]) -> bool {
     let Some((&apex, rim)) = corners.split_first() else {
         return true;
@@ -56,7 +58,7 @@ fn fan_covers(corners: &[[f64; 3]]) -> bool {
         rim.windows(2)
             .map(move |pair| cross(sub(pair[0], apex), sub(pair[1], apex)))
     };
-    // The fan's areas sum to the polygon's whatever its shape (Newell's normal).
+    // The fan's signed areas sum to the polygon's for every shape (Newell's normal).
     let normal = areas().fold([0.0; 3], |n, a| [n[0] + a[0], n[1] + a[1], n[2] + a[2]]);
     areas().all(|a| a[0] * normal[0] + a[1] * normal[1] + a[2] * normal[2] >= 0.0)
 }
@@ -83,7 +85,7 @@ mod tests {
             .collect()
     }
 
-    /// The sum of the triangles' areas: larger than the polygon's where they overlap.
+    /// Returns the sum of the triangles' areas, which is larger than the polygon's if they overlap.
     fn area(polygon: &[[f32; 3]]) -> f64 {
         let corner = |v: u32| polygon[v as usize].map(f64::from);
         let area = |t: &[u32; 3]| {
@@ -109,15 +111,14 @@ mod tests {
 
     #[test]
     fn concave_polygons_are_covered_once() {
-        // A quad with a dent at its third corner (area 2, a fan around the first has 2 too but
-        // one around the second has 4), in a slanted plane, from every starting corner.
+        // A concave quad in a slanted plane, from every starting corner. The fan around its first
+        // corner has the right area, the one around the second corner does not.
         let dart = [
             [0.0, 0.0, 0.0],
             [2.0, -2.0, 1.0],
             [0.0, 2.0, 2.0],
             [-2.0, -2.0, 3.0],
         ];
-        let dented = [dart[0], dart[1], dart[2], dart[3]];
         // A comb with four teeth in the x–y plane: area 4 · 1 + 7 · 1.
         let mut comb = vec![[0.0, 0.0, 0.0], [7.0, 0.0, 0.0]];
         for tooth in (0..4).rev() {
@@ -127,17 +128,17 @@ mod tests {
                 comb.extend([[x, 1.0, 0.0], [x - 1.0, 1.0, 0.0]]);
             }
         }
-        for (polygon, expected) in [(dented.to_vec(), dart_area(&dented)), (comb, 11.0)] {
+        for (polygon, expected) in [(dart.to_vec(), dart_area(&dart)), (comb, 11.0)] {
             for start in 0..polygon.len() {
-                let mut turned = polygon.clone();
-                turned.rotate_left(start);
-                let found = area(&turned);
+                let mut rotated = polygon.clone();
+                rotated.rotate_left(start);
+                let found = area(&rotated);
                 assert!(
                     (found - expected).abs() < 1e-5,
                     "{start}: {found} {expected}"
                 );
-                turned.reverse();
-                let found = area(&turned);
+                rotated.reverse();
+                let found = area(&rotated);
                 assert!(
                     (found - expected).abs() < 1e-5,
                     "{start}: {found} {expected}"
@@ -146,7 +147,7 @@ mod tests {
         }
     }
 
-    /// Area of a quad whose diagonal 0–2 lies inside.
+    /// Returns the area of a quad whose diagonal 0–2 lies inside.
     fn dart_area(p: &[[f32; 3]; 4]) -> f64 {
         let p = p.map(|v| v.map(f64::from));
         let half = |a, b, c| {

@@ -1,20 +1,20 @@
-//! What a mesh is like: the facts that explain a surprising bake.
+//! Mesh statistics that help to explain an unexpected bake.
 
 use super::weld::weld;
 use super::{Bounds, TriangleMesh};
 
-/// Counts over a mesh whose vertices are welded by exact position.
+/// Statistics of a mesh whose vertices are welded by exact position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshReport {
-    /// Triangles in all.
+    /// Triangles in total.
     pub triangles: usize,
     /// Objects or groups.
     pub parts: usize,
-    /// The box around them.
+    /// The bounding box of all triangles.
     pub bounds: Bounds,
-    /// Triangles without area: two corners at one place, or all on a line.
+    /// Triangles without area: two corners coincide, or all three are collinear.
     pub degenerate: usize,
-    /// Triangles whose three corners an earlier triangle has too, in any order.
+    /// Triangles with the same three corners as an earlier triangle, in any order.
     pub duplicate: usize,
     /// Edges of exactly one triangle.
     pub boundary_edges: usize,
@@ -26,10 +26,10 @@ impl MeshReport {
     /// Measures `mesh`.
     pub fn new(mesh: &TriangleMesh) -> Self {
         let triangles = weld(mesh);
-        let area_less = |(t, corners): (&[u32; 3], _)| {
+        let is_degenerate = |(t, corners): (&[u32; 3], _)| {
             t[0] == t[1] || t[1] == t[2] || t[2] == t[0] || !has_area(corners)
         };
-        let (boundary_edges, non_manifold_edges) = odd_edges(&triangles);
+        let (boundary_edges, non_manifold_edges) = irregular_edges(&triangles);
         Self {
             triangles: triangles.len(),
             parts: mesh.parts().len(),
@@ -37,7 +37,7 @@ impl MeshReport {
             degenerate: triangles
                 .iter()
                 .zip(mesh.corners())
-                .filter(|&pair| area_less(pair))
+                .filter(|&pair| is_degenerate(pair))
                 .count(),
             duplicate: duplicates(&triangles),
             boundary_edges,
@@ -45,14 +45,14 @@ impl MeshReport {
         }
     }
 
-    /// Whether every edge has exactly two triangles: the mesh encloses a volume.
+    /// Whether every edge has exactly two triangles, so that the mesh encloses a volume.
     pub fn is_closed(&self) -> bool {
         self.boundary_edges == 0 && self.non_manifold_edges == 0
     }
 }
 
-/// Whether the cross product of two edges is not zero. Differences of nearby floats and their
-/// products are exact in f64, so that the test is, too.
+/// Whether the cross product of two edges is not zero. The test is exact: differences of nearby
+/// floats and their products are exact in f64.
 fn has_area([a, b, c]: [[f32; 3]; 3]) -> bool {
     let edge = |to: [f32; 3], axis: usize| f64::from(to[axis]) - f64::from(a[axis]);
     (0..3).any(|x| {
@@ -70,11 +70,12 @@ fn duplicates(triangles: &[[u32; 3]]) -> usize {
     sorted.windows(2).filter(|pair| pair[0] == pair[1]).count()
 }
 
-/// How many edges have one triangle, and how many more than two.
-fn odd_edges(triangles: &[[u32; 3]]) -> (usize, usize) {
+/// Returns the number of boundary edges (of one triangle) and of non-manifold edges (of more than
+/// two).
+fn irregular_edges(triangles: &[[u32; 3]]) -> (usize, usize) {
     let mut edges: Vec<[u32; 2]> = triangles
         .iter()
-        // With two corners at one place it is a line, which bounds nothing.
+        // A triangle with two coincident corners is a line, which bounds nothing.
         .filter(|[a, b, c]| a != b && b != c && c != a)
         .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
         .map(|[a, b]| [a.min(b), a.max(b)])
@@ -107,17 +108,17 @@ mod tests {
     const FACES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
 
     #[test]
-    fn a_tetrahedron_is_closed_also_when_split() {
+    fn a_tetrahedron_is_closed_with_and_without_shared_vertices() {
         assert!(report(&TETRAHEDRON, &FACES).is_closed());
-        // The same with a vertex for each corner, and a negative zero among them.
+        // The same with a vertex for each corner, one of them with negative zeros.
         let mut split: Vec<_> = FACES
             .iter()
             .flatten()
             .map(|&v| TETRAHEDRON[v as usize])
             .collect();
         split[0] = [-0.0; 3];
-        let own = [[0, 1, 2], [3, 4, 5], [6, 7, 8], [9, 10, 11]];
-        assert!(report(&split, &own).is_closed());
+        let unshared = [[0, 1, 2], [3, 4, 5], [6, 7, 8], [9, 10, 11]];
+        assert!(report(&split, &unshared).is_closed());
     }
 
     #[test]

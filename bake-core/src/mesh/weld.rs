@@ -1,4 +1,4 @@
-//! Vertices at the same place are one vertex, whatever the file says.
+//! Welding: vertices at exactly the same position become one vertex.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -6,39 +6,41 @@ use rayon::prelude::*;
 
 use super::TriangleMesh;
 
-/// Triangles over welded vertices: corners at exactly the same position have the same index,
-/// that of the first vertex at the place.
+/// Returns triangles over welded vertices: corners at exactly the same position have the same
+/// index, that of the first vertex at this position.
 pub(super) fn weld(mesh: &TriangleMesh) -> Vec<[u32; 3]> {
-    // Adding zero turns −0 into +0, which are the same place.
+    // Adding zero turns −0 into +0, which are the same position.
     let bits = |p: &[f32; 3]| p.map(|v| (v + 0.0).to_bits());
-    let places: Vec<[u32; 3]> = mesh.positions().iter().map(bits).collect();
-    let welded = first_at_place(&places);
+    let keys: Vec<[u32; 3]> = mesh.positions().iter().map(bits).collect();
+    let welded = first_duplicate(&keys);
     let renumber = |vertex: u32| welded[vertex as usize];
     mesh.triangles().iter().map(|t| t.map(renumber)).collect()
 }
 
-/// For each place, the index of the first equal one. On all threads; the result does not depend
-/// on their number.
+/// Returns, for each key, the index of the first equal key. Uses all threads; the result does not
+/// depend on their number.
 ///
-/// Equal places have equal hashes. So places are dealt out to parts by their hashes first: so
-/// few a part that all look-ups stay in a core's first cache, where those of one large table
-/// would each wait for memory.
-pub(crate) fn first_at_place(places: &[[u32; 3]]) -> Vec<u32> {
-    let n_parts = (places.len() / A_PART).max(1).next_power_of_two();
-    let dealt: Vec<Dealt> = places
-        .par_chunks(A_PIECE)
+/// Keys are partitioned by hash, so that equal keys are in the same partition and each partition's
+/// table fits the L1 cache; a single large table would miss the cache on every look-up.
+pub(crate) fn first_duplicate(keys: &[[u32; 3]]) -> Vec<u32> {
+    let n_partitions = (keys.len() / KEYS_PER_PARTITION).max(1).next_power_of_two();
+    let chunks: Vec<Partitioned> = keys
+        .par_chunks(CHUNK_LEN)
         .enumerate()
-        .map(|(piece, places)| Dealt::new(places, piece * A_PIECE, n_parts))
+        .map(|(chunk, keys)| Partitioned::new(keys, chunk * CHUNK_LEN, n_partitions))
         .collect();
-    let first: Vec<AtomicU32> = (0..places.len() as u32).map(AtomicU32::new).collect();
-    (0..n_parts)
+    // Each partition writes only the entries of its own keys, so that relaxed stores suffice.
+    let first: Vec<AtomicU32> = (0..keys.len() as u32).map(AtomicU32::new).collect();
+    (0..n_partitions)
         .into_par_iter()
         .with_min_len(4)
-        .for_each(|part| {
-            let entries = dealt.iter().flat_map(|dealt| dealt.part(part));
-            let mut table = Table::new(dealt.iter().map(|dealt| dealt.part(part).len()).sum());
+        .for_each(|partition| {
+            // The chunks are in key order, so that the first key found is the first of all.
+            let entries = chunks.iter().flat_map(|chunk| chunk.partition(partition));
+            let lengths = chunks.iter().map(|chunk| chunk.partition(partition).len());
+            let mut table = Table::new(lengths.sum());
             for entry in entries {
-                let found = table.find(*entry, places);
+                let found = table.find(*entry, keys);
                 if found != entry.idx {
                     first[entry.idx as usize].store(found, Ordering::Relaxed);
                 }
@@ -47,42 +49,43 @@ pub(crate) fn first_at_place(places: &[[u32; 3]]) -> Vec<u32> {
     first.into_iter().map(AtomicU32::into_inner).collect()
 }
 
-/// Places in a part, on average: its table is 32 kB.
-const A_PART: usize = 1 << 11;
+/// Keys in a partition, on average: its table is 32 kB.
+const KEYS_PER_PARTITION: usize = 1 << 11;
 
-/// Places that are dealt out in one piece.
-const A_PIECE: usize = 1 << 15;
+/// Keys that one task partitions.
+const CHUNK_LEN: usize = 1 << 15;
 
-/// A place's index, and 32 bits of its hash by which most that are not equal are told apart.
+/// The index of a key, and 32 bits of its hash, which distinguish most keys that differ.
 #[derive(Clone, Copy, Default)]
 struct Entry {
     hash: u32,
     idx: u32,
 }
 
-/// Some places, sorted by parts; each part in the places' order.
-struct Dealt {
+/// A chunk of keys, sorted by partition; each partition is in key order.
+struct Partitioned {
     entries: Vec<Entry>,
-    /// Where each part ends.
+    /// The end of each partition within `entries`.
     ends: Vec<u32>,
 }
 
-impl Dealt {
-    fn new(places: &[[u32; 3]], first: usize, n_parts: usize) -> Self {
-        let part = |hash: u64| (hash >> 32) as usize & (n_parts - 1);
-        let hashes: Vec<u64> = places.iter().map(|place| mix(*place)).collect();
-        let mut ends = vec![0; n_parts];
+impl Partitioned {
+    fn new(keys: &[[u32; 3]], first: usize, n_partitions: usize) -> Self {
+        let partition = |hash: u64| (hash >> 32) as usize & (n_partitions - 1);
+        let hashes: Vec<u64> = keys.iter().map(|key| mix(*key)).collect();
+        let mut ends = vec![0; n_partitions];
         for hash in &hashes {
-            ends[part(*hash)] += 1;
+            ends[partition(*hash)] += 1;
         }
+        // A counting sort: an exclusive prefix sum turns the counts into starts.
         let mut before = 0;
         for end in &mut ends {
             before += std::mem::replace(end, before);
         }
-        // These are the starts; dealing moves each to its part's end.
-        let mut entries = vec![Entry::default(); places.len()];
+        // Each insertion advances the start of its partition, which ends up as the end.
+        let mut entries = vec![Entry::default(); keys.len()];
         for (idx, &hash) in (first as u32..).zip(&hashes) {
-            let end = &mut ends[part(hash)];
+            let end = &mut ends[partition(hash)];
             let hash = hash as u32;
             entries[*end as usize] = Entry { hash, idx };
             *end += 1;
@@ -90,23 +93,23 @@ impl Dealt {
         Self { entries, ends }
     }
 
-    fn part(&self, part: usize) -> &[Entry] {
-        let start = part.checked_sub(1).map_or(0, |before| self.ends[before]);
-        &self.entries[start as usize..self.ends[part] as usize]
+    fn partition(&self, idx: usize) -> &[Entry] {
+        let start = idx.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.entries[start as usize..self.ends[idx] as usize]
     }
 }
 
-/// An open-addressing table of places, half full at most: where a general hash map needs
-/// several times as long.
+/// An open-addressing hash table of keys with linear probing, at most half full. A general hash map
+/// takes several times as long.
 struct Table {
-    /// The index is [`FREE`] where there is none.
+    /// Entries; the index of an empty slot is [`FREE`].
     slots: Vec<Entry>,
 }
 
 const FREE: u32 = u32::MAX;
 
 impl Table {
-    /// For up to `n` different places.
+    /// Creates a table for up to `n` different keys.
     fn new(n: usize) -> Self {
         let free = Entry { hash: 0, idx: FREE };
         let n_slots = (2 * n).next_power_of_two().max(2);
@@ -115,27 +118,28 @@ impl Table {
         }
     }
 
-    /// The first index at the place of `entry`, which is added if there is none.
-    fn find(&mut self, entry: Entry, places: &[[u32; 3]]) -> u32 {
-        let last = self.slots.len() - 1;
-        let mut slot = entry.hash as usize & last;
+    /// Returns the index of the key in the table that equals the key of `entry`. Inserts `entry`
+    /// and returns its own index if there is none.
+    fn find(&mut self, entry: Entry, keys: &[[u32; 3]]) -> u32 {
+        let mask = self.slots.len() - 1;
+        let mut idx = entry.hash as usize & mask;
         loop {
-            let here = &mut self.slots[slot];
-            if here.idx == FREE {
-                *here = entry;
+            let slot = &mut self.slots[idx];
+            if slot.idx == FREE {
+                *slot = entry;
                 return entry.idx;
             }
-            let place = |entry: &Entry| places[entry.idx as usize];
-            if here.hash == entry.hash && place(here) == place(&entry) {
-                return here.idx;
+            let key = |entry: &Entry| keys[entry.idx as usize];
+            if slot.hash == entry.hash && key(slot) == key(&entry) {
+                return slot.idx;
             }
-            slot = (slot + 1) & last;
+            idx = (idx + 1) & mask;
         }
     }
 }
 
-/// Spreads a place over 64 bits, with the multipliers of SplitMix64 (Steele, Lea, Flood:
-/// *Fast Splittable Pseudorandom Number Generators*, OOPSLA 2014).
+/// Hashes a key to 64 bits with the multipliers of SplitMix64 (Steele, Lea, Flood: *Fast Splittable
+/// Pseudorandom Number Generators*, OOPSLA 2014).
 fn mix([x, y, z]: [u32; 3]) -> u64 {
     let mut hash = u64::from(x) | u64::from(y) << 32;
     hash = (hash ^ hash >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -151,39 +155,39 @@ mod tests {
     use super::*;
 
     #[test]
-    fn equal_places_get_the_first_index() {
-        let place = |i: u32| [i % 7, i % 3, 1 << (i % 5)];
-        let places: Vec<_> = (0..1000).map(place).collect();
-        let first = first_at_place(&places);
-        for (idx, place) in places.iter().enumerate() {
-            let expected = places.iter().position(|other| other == place);
+    fn equal_keys_get_the_first_index() {
+        let key = |i: u32| [i % 7, i % 3, 1 << (i % 5)];
+        let keys: Vec<_> = (0..1000).map(key).collect();
+        let first = first_duplicate(&keys);
+        for (idx, key) in keys.iter().enumerate() {
+            let expected = keys.iter().position(|other| other == key);
             assert_eq!(Some(first[idx] as usize), expected);
         }
-        assert!(first_at_place(&[]).is_empty());
+        assert!(first_duplicate(&[]).is_empty());
     }
 
     #[test]
-    fn pieces_and_parts_do_not_matter() {
-        let place = |i: u32| [i.wrapping_mul(i) % 50_021, i % 3, 5];
-        let places: Vec<_> = (0..3 * A_PIECE as u32 + 7).map(place).collect();
+    fn the_result_does_not_depend_on_chunks_partitions_or_threads() {
+        let key = |i: u32| [i.wrapping_mul(i) % 50_021, i % 3, 5];
+        let keys: Vec<_> = (0..3 * CHUNK_LEN as u32 + 7).map(key).collect();
         let mut seen = HashMap::new();
         let expected: Vec<u32> = (0_u32..)
-            .zip(&places)
-            .map(|(idx, place)| *seen.entry(*place).or_insert(idx))
+            .zip(&keys)
+            .map(|(idx, key)| *seen.entry(*key).or_insert(idx))
             .collect();
         assert!((0..).zip(&expected).any(|(idx, first)| idx != *first));
         for n in [1, 2, 3, 8] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
-            let found = pool.unwrap().install(|| first_at_place(&places));
+            let found = pool.unwrap().install(|| first_duplicate(&keys));
             assert!(found == expected, "{n}");
         }
     }
 
     #[test]
-    fn equal_hashes_are_not_equal_places() {
-        let places = [[1, 2, 3], [4, 5, 6], [1, 2, 3]];
+    fn different_keys_with_equal_hashes_are_told_apart() {
+        let keys = [[1, 2, 3], [4, 5, 6], [1, 2, 3]];
         let mut table = Table::new(3);
-        let found = [0, 1, 2].map(|idx| table.find(Entry { hash: 7, idx }, &places));
+        let found = [0, 1, 2].map(|idx| table.find(Entry { hash: 7, idx }, &keys));
         assert_eq!(found, [0, 1, 0]);
     }
 }

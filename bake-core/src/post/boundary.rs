@@ -1,5 +1,6 @@
-//! Occlusion must end at the grid's boundary without a visible edge: values are rescaled so
-//! that the largest of the outer cells becomes zero (RR-5779, 3.3.2; JGT 2007).
+//! The boundary treatment: occlusion must fade out at the grid's boundary without a visible edge,
+//! so values are rescaled such that the largest of the outer cells becomes zero (RR-5779, 3.3.2;
+//! JGT 2007).
 
 use aogrid_grid_format::{Boundary, BoundaryMode};
 
@@ -7,11 +8,11 @@ use crate::RawGrid;
 
 use super::PostError;
 
-/// Above this the JGT treatment leaves values as they are.
+/// The occlusion above which the JGT treatment leaves values unchanged.
 const JGT_KNEE: f64 = 0.3;
 
-/// Rescales a in place and moments along, so that a cone keeps its axis. A cell that is clamped
-/// to zero hides nothing and has no axis.
+/// Rescales a in place, and m by the same factor, so that a cone keeps its axis. A cell that is
+/// clamped to zero has no axis.
 pub(super) fn treat(raw: &mut RawGrid, requested: BoundaryMode) -> Result<Boundary, PostError> {
     let v_m = largest_outer(raw);
     let applied = match requested {
@@ -43,7 +44,7 @@ pub(super) fn treat(raw: &mut RawGrid, requested: BoundaryMode) -> Result<Bounda
     })
 }
 
-/// V_M: the largest a of the cells on the grid's outside.
+/// Returns V_M, the largest a of the grid's outer cells.
 fn largest_outer(raw: &RawGrid) -> f32 {
     let outer = (0..).zip(&raw.moments);
     let outer = outer.filter(|&(idx, _)| raw.spec.is_outer(raw.spec.cell_at(idx)));
@@ -60,7 +61,8 @@ mod tests {
     /// Rounding of V', which is computed in f64 and stored as f32.
     const ROUNDING: f32 = f32::EPSILON;
 
-    /// Every cell has `inner`, but one of the outer ones has `v_m` and the rest of them less.
+    /// Returns a grid whose inner cells have a = `inner`; one outer cell has `v_m`, the other outer
+    /// cells half of it.
     fn raw(inner: f32, v_m: f32) -> RawGrid {
         let spec = GridSpec::new([8, 9, 10], [0.0; 3], [1.0; 3]).unwrap();
         let cell = |a| Moments {
@@ -73,7 +75,7 @@ mod tests {
                 false => cell(inner),
             })
             .collect();
-        // Last in z alone: forgetting one of the six sides would miss it.
+        // This cell is outer only because it is last in z: code that forgets that side misses it.
         moments[spec.cell_idx([3, 3, 9])] = cell(v_m);
         RawGrid {
             spec,
@@ -96,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn the_formulas_hold() {
+    fn values_follow_the_papers_formulas() {
         for inner in [0.05, 0.1, 0.2, 0.3, 0.31, 0.7, 1.0] {
             let v_m = 0.1;
             let expected = [
@@ -125,23 +127,22 @@ mod tests {
     }
 
     #[test]
-    fn both_treatments_meet_the_untreated_values_as_printed() {
-        // JGT is continuous at its knee; RR keeps 1.
+    fn jgt_is_continuous_at_its_knee_and_rr_keeps_one() {
         assert!((treated(0.3, 0.2, BoundaryMode::Jgt).1.a - 0.3).abs() <= ROUNDING);
         assert_eq!(treated(1.0, 0.2, BoundaryMode::Rr).1.a, 1.0);
     }
 
     #[test]
-    fn jgt_falls_back_where_it_has_no_meaning() {
+    fn jgt_falls_back_to_rr_where_it_is_undefined() {
         let (boundary, cell) = treated(0.6, 0.3, BoundaryMode::Jgt);
         assert_eq!(boundary.requested, BoundaryMode::Jgt);
-        // 0.3 as a float lies above 0.3.
+        // 0.3 as an `f32` is above 0.3.
         assert_eq!(boundary.applied, BoundaryMode::Rr);
         assert!((cell.a - 3.0 / 7.0).abs() <= ROUNDING);
     }
 
     #[test]
-    fn a_hidden_boundary_is_an_error_only_where_it_must_fade() {
+    fn a_fully_occluded_boundary_is_an_error_unless_it_is_untreated() {
         for mode in [BoundaryMode::Rr, BoundaryMode::Jgt] {
             let error = treat(&mut raw(1.0, 1.0), mode);
             assert_eq!(error, Err(PostError::BoundaryOccluded));
@@ -150,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_occluded_stays_nothing() {
+    fn an_unoccluded_grid_stays_unoccluded() {
         let (boundary, cell) = treated(0.0, 0.0, BoundaryMode::Jgt);
         assert_eq!((boundary.v_m, cell.a), (0.0, 0.0));
         assert_eq!(cell.m, [0.0; 3]);

@@ -1,5 +1,5 @@
-//! Cells inside the object take the values of those around it, so that interpolation across
-//! the surface is right where it matters, outside (RR-5779, 3.3.3).
+//! The interior fill: cells inside the object take the values of cells around it, so that
+//! interpolation across the surface is right outside, where it is seen (RR-5779, 3.3.3).
 
 use aogrid_grid_format::Inside;
 
@@ -8,17 +8,17 @@ use crate::{Moments, RawGrid};
 
 use super::PostError;
 
-/// Which cells of a grid are inside.
+/// The classes of a grid's cells: interior or exterior, and in doubt or not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Classification {
     classes: Vec<CellClass>,
-    /// Of a mesh whose layers were counted.
+    /// Whether the mesh is open, so that its layers were counted.
     is_open: bool,
 }
 
 impl Classification {
-    /// Classifies every cell: those whose every direction is occluded are inside, and those that
-    /// the grid's signed layers, where it has them, show to be inside.
+    /// Classifies every cell. Cells whose every direction is occluded are interior, and so are
+    /// those that the grid's signed layers, if it has them, show to be inside.
     pub fn of(raw: &RawGrid) -> Self {
         let class = |idx: usize| {
             let is_enclosed = raw.is_enclosed(idx);
@@ -36,17 +36,18 @@ impl Classification {
         }
     }
 
-    /// The class of each cell, x fastest.
+    /// Returns the class of each cell, x fastest.
     pub fn classes(&self) -> &[CellClass] {
         &self.classes
     }
 
-    /// How many cells are inside.
+    /// Returns the number of interior cells.
     pub fn interior_cells(&self) -> usize {
         self.count(|class| class.is_interior)
     }
 
-    /// How sure that is; none where there was no question.
+    /// Returns the certainty of the classification; `None` for a mesh whose layers were not
+    /// counted.
     pub fn inside(&self) -> Option<Inside> {
         let doubtful = self.count(|class| class.is_doubtful);
         let either = self.count(|class| class.is_doubtful || class.is_interior);
@@ -57,14 +58,14 @@ impl Classification {
         })
     }
 
-    fn count(&self, is: impl Fn(&CellClass) -> bool) -> usize {
-        self.classes.iter().filter(|class| is(class)).count()
+    fn count(&self, predicate: impl Fn(&CellClass) -> bool) -> usize {
+        self.classes.iter().filter(|class| predicate(class)).count()
     }
 }
 
-/// Replaces the moments of every interior cell by the average over its six neighbours that are
-/// not interior or have been filled, in Jacobi sweeps: a sweep sees only the sweep before, so
-/// the result does not depend on the order of cells.
+/// Replaces the moments of every interior cell by the average over those of its six neighbors that
+/// are exterior or have been filled. Jacobi iterations: each one reads only results of the one
+/// before, so the result does not depend on the order of the cells.
 pub(super) fn fill(raw: &mut RawGrid, classification: &Classification) -> Result<(), PostError> {
     let classes = classification.classes();
     let mut known: Vec<bool> = classes.iter().map(|class| !class.is_interior).collect();
@@ -72,6 +73,7 @@ pub(super) fn fill(raw: &mut RawGrid, classification: &Classification) -> Result
     if pending.len() == classes.len() {
         return Err(PostError::AllInterior(raw.spec.half_extents()));
     }
+    // The grid is connected, so that each iteration fills at least one more cell.
     while !pending.is_empty() {
         let mut filled = Vec::new();
         pending.retain(|&idx| {
@@ -89,8 +91,8 @@ pub(super) fn fill(raw: &mut RawGrid, classification: &Classification) -> Result
 
 fn average_of_known(raw: &RawGrid, known: &[bool], idx: usize) -> Option<Moments> {
     let (mut n, mut sum) = (0, [0.0_f64; 4]);
-    for neighbour in neighbours(raw, idx).filter(|&idx| known[idx]) {
-        let Moments { a, m: [x, y, z] } = raw.moments[neighbour];
+    for neighbor in neighbors(raw, idx).filter(|&idx| known[idx]) {
+        let Moments { a, m: [x, y, z] } = raw.moments[neighbor];
         for (sum, value) in sum.iter_mut().zip([x, y, z, a]) {
             *sum += f64::from(value);
         }
@@ -100,14 +102,14 @@ fn average_of_known(raw: &RawGrid, known: &[bool], idx: usize) -> Option<Moments
     (n > 0).then_some(Moments { a, m: [x, y, z] })
 }
 
-/// The places in memory of the up to six cells that share a face with the one at `idx`.
-fn neighbours(raw: &RawGrid, idx: usize) -> impl Iterator<Item = usize> + '_ {
+/// Returns the indices of the up to six cells that share a face with the one at `idx`.
+fn neighbors(raw: &RawGrid, idx: usize) -> impl Iterator<Item = usize> + '_ {
     let cell = raw.spec.cell_at(idx);
     (0..3).flat_map(move |axis| {
         [-1, 1].into_iter().filter_map(move |step| {
-            let mut there = cell;
-            there[axis] = there[axis].checked_add_signed(step)?;
-            (there[axis] < raw.spec.resolution()[axis]).then(|| raw.spec.cell_idx(there))
+            let mut neighbor = cell;
+            neighbor[axis] = neighbor[axis].checked_add_signed(step)?;
+            (neighbor[axis] < raw.spec.resolution()[axis]).then(|| raw.spec.cell_idx(neighbor))
         })
     })
 }
@@ -119,7 +121,7 @@ mod tests {
     use super::{Classification, PostError};
     use crate::{Moments, RawGrid};
 
-    /// 8³ cells; those of `interior` are fully occluded, the others have a from their x.
+    /// Returns 8³ cells; those of `interior` are fully occluded, the others have a = x/16.
     fn raw(interior: impl Fn([u32; 3]) -> bool) -> RawGrid {
         let spec = GridSpec::new([8; 3], [0.0; 3], [1.0; 3]).unwrap();
         let cells = (0..spec.cell_count()).map(|idx| spec.cell_at(idx));
@@ -149,7 +151,7 @@ mod tests {
         }
     }
 
-    /// Fills what is inside, and returns how many cells that are.
+    /// Fills the interior cells, and returns their number.
     fn fill(raw: &mut RawGrid) -> Result<usize, PostError> {
         let classification = Classification::of(raw);
         super::fill(raw, &classification)?;
@@ -157,18 +159,18 @@ mod tests {
     }
 
     #[test]
-    fn a_lone_cell_takes_the_average_of_its_six_neighbours() {
+    fn a_single_interior_cell_takes_the_average_of_its_six_neighbors() {
         let mut grid = raw(|cell| cell == [3, 4, 5]);
         assert_eq!(fill(&mut grid), Ok(1));
         let filled = grid.moments[grid.spec.cell_idx([3, 4, 5])];
-        // Neighbours at x = 2, 4 and four at 3: the average of a is that at 3.
+        // Neighbors at x = 2, 4 and four at 3: the average of a is that at 3.
         assert_eq!(filled.a, 3.0 / 16.0);
         let m = |x: f32| x / 16.0 * (1.0 - x / 16.0);
         assert!((filled.m[0] - (m(2.0) + m(4.0) + 4.0 * m(3.0)) / 6.0).abs() < 1e-7);
     }
 
     #[test]
-    fn no_cell_outside_changes_a_bit() {
+    fn exterior_cells_stay_bit_identical() {
         let inside = |cell: [u32; 3]| cell.iter().all(|&x| (1..6).contains(&x));
         let before = raw(inside);
         let mut after = before.clone();
@@ -185,8 +187,8 @@ mod tests {
     }
 
     #[test]
-    fn deep_cells_are_filled_sweep_by_sweep() {
-        // A slab of interior from x = 3 on: layer 3 sees only layer 2, layer 4 only layer 3 …
+    fn deep_cells_are_filled_iteration_by_iteration() {
+        // The interior is a slab from x = 3 on: layer 3 is filled from layer 2, layer 4 from 3, …
         let mut grid = raw(|cell| cell[0] >= 3);
         assert_eq!(fill(&mut grid), Ok(5 * 64));
         for x in 3..8 {
@@ -195,18 +197,18 @@ mod tests {
         }
     }
 
-    /// A thick block of interior, so that its cells are neighbours, and values outside that no
-    /// symmetry of a wrong order could hide: mirroring everything must mirror the result.
+    /// Mirroring the grid must mirror the result. The interior is a thick block, so that interior
+    /// cells are neighbors, and the values outside are not symmetric, so that a wrong order shows.
     #[test]
-    fn order_of_cells_does_not_matter() {
+    fn the_order_of_cells_does_not_matter() {
         let inside = |[x, y, z]: [u32; 3]| (6..14).contains(&(x + y + z));
         let value = |[x, y, z]: [u32; 3]| ((37 * x + 11 * y + 53 * z) % 64) as f32 / 128.0;
         let mirror = |cell: [u32; 3]| cell.map(|x| 7 - x);
-        let filled = |turn: &dyn Fn([u32; 3]) -> [u32; 3]| {
-            let mut grid = raw(|cell| inside(turn(cell)));
+        let filled = |map: &dyn Fn([u32; 3]) -> [u32; 3]| {
+            let mut grid = raw(|cell| inside(map(cell)));
             for idx in 0..grid.counts.len() {
                 if !grid.is_enclosed(idx) {
-                    grid.moments[idx].a = value(turn(grid.spec.cell_at(idx)));
+                    grid.moments[idx].a = value(map(grid.spec.cell_at(idx)));
                 }
             }
             fill(&mut grid).unwrap();
@@ -214,15 +216,15 @@ mod tests {
         };
         let (one, other) = (filled(&|cell| cell), filled(&mirror));
         for idx in 0..one.counts.len() {
-            let there = one.spec.cell_idx(mirror(one.spec.cell_at(idx)));
-            // Sums of neighbours in another order round differently.
-            let difference = one.moments[idx].a - other.moments[there].a;
+            let mirrored = one.spec.cell_idx(mirror(one.spec.cell_at(idx)));
+            // Sums of neighbors in another order round differently.
+            let difference = one.moments[idx].a - other.moments[mirrored].a;
             assert!(difference.abs() < 1e-6, "{difference}");
         }
     }
 
     #[test]
-    fn an_all_interior_grid_names_its_box() {
+    fn the_error_of_an_all_interior_grid_names_its_box() {
         let error = fill(&mut raw(|_| true)).unwrap_err();
         assert_eq!(error, PostError::AllInterior([1.0; 3]));
         assert!(error.to_string().contains("[1.0, 1.0, 1.0]"), "{error}");

@@ -1,5 +1,5 @@
-//! From moments to a grid: interior fill, then the boundary treatment, then encoding. Once, on
-//! the CPU, in this order, for every baker.
+//! Post-processing of moments to a grid: interior fill, then the boundary treatment, then encoding.
+//! All bakers share it; it runs once, on the CPU.
 
 mod boundary;
 mod interior;
@@ -10,31 +10,33 @@ pub use interior::Classification;
 
 use crate::{BakeOptions, Extent, Placement, RawGrid};
 
-/// Why moments cannot become a grid.
+/// The reason that moments cannot become a grid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PostError {
-    /// No cell is left from which the others could be filled.
+    /// Every cell is interior, so that there is none to fill the others from.
     #[error(
-        "every cell is inside the object: its box of half-extents {0:?} is too small, enlarge it"
+        "every cell is inside the object: the grid's box with half-extents {0:?} is too small, \
+         enlarge it"
     )]
     AllInterior([f32; 3]),
-    /// The whole sky is hidden at the edge of the grid: nothing is left to rescale to.
+    /// A boundary cell is fully occluded, so that rescaling would divide by zero.
     #[error(
         "a cell at the grid's boundary is fully occluded (V_M = 1), so no boundary treatment can \
          fade it out: enlarge the box, fill the interior, or bake with boundary `none`"
     )]
     BoundaryOccluded,
-    /// The result is out of range.
+    /// A value of the result is out of range.
     #[error(transparent)]
     Encode(#[from] EncodeError),
 }
 
-/// Fills, treats and encodes what a baker made with `options` at `placement` from `source`.
+/// Post-processes and encodes the grid that a baker made with `options` at `placement` from
+/// `source`.
 ///
 /// # Errors
 ///
-/// Every cell is inside the object, or one at the boundary is and cannot be faded out.
+/// Every cell is inside the object, or a fully occluded cell at the boundary cannot be faded out.
 pub fn finish(
     mut raw: RawGrid,
     placement: &Placement,

@@ -1,64 +1,69 @@
-//! Which triangles meet at an edge.
+//! The edges of a triangle mesh, with the triangles that meet at each.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-/// A triangle's side, as seen from the edge it lies on.
+/// A half-edge: a triangle at an edge, and its direction along the edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HalfEdge(u32);
 
-/// Where [`HalfEdge`] keeps the direction. It leaves 31 bits for the triangle.
+/// The bit of [`HalfEdge`] that holds the direction. It leaves 31 bits for the triangle.
 const REVERSED: u32 = 1 << 31;
 
 impl HalfEdge {
-    /// The triangle's index.
+    /// Returns the triangle's index.
     pub fn triangle(self) -> usize {
         (self.0 & !REVERSED) as usize
     }
 
-    /// Whether the triangle runs along the edge from its second vertex to its first.
+    /// Whether the triangle traverses the edge from its second vertex to its first.
     pub fn is_reversed(self) -> bool {
         self.0 & REVERSED != 0
     }
 }
 
-/// Two half-edges between the same two vertices. Where more than two meet they are paired, in
-/// opposite directions as far as possible: whoever sums over half-edges does not care.
+/// An interior edge: two half-edges between the same two vertices. If more than two half-edges
+/// meet, they form several edges, each of opposite half-edges as far as possible; sums over
+/// half-edges do not depend on the pairing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Edge {
-    /// The lower index first.
+    /// The two vertices, the lower index first.
     pub vertices: [u32; 2],
-    /// The two triangles at the edge, in no particular direction: also where the winding of a
-    /// mesh is inconsistent the two are one edge.
+    /// The two triangles at the edge. Their half-edges have the same direction if the mesh's
+    /// winding is inconsistent there.
     pub sides: [HalfEdge; 2],
 }
 
-/// A half-edge without a partner: of a boundary, or the odd one where an odd number meet.
+/// A boundary edge: a half-edge without an opposite one. It bounds a hole, or is the odd one where
+/// an odd number of half-edges meet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LoneEdge {
-    /// The lower index first.
+    /// The two vertices, the lower index first.
     pub vertices: [u32; 2],
     /// The triangle at the edge.
     pub side: HalfEdge,
 }
 
-/// All edges, ordered by their vertices.
+/// The edges of a mesh, ordered by their vertices.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Edges {
+    /// Interior edges.
     pub pairs: Vec<Edge>,
+    /// Boundary edges.
     pub lone: Vec<LoneEdge>,
     pub facts: EdgeFacts,
 }
 
-/// Facts about all edges that are cheap to collect while they are found.
+/// Statistics of all edges, which are cheap to collect while the edges are found.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct EdgeFacts {
-    /// Edges, each counted once whatever the number of its half-edges.
+    /// Number of distinct vertex pairs, each counted once whatever the number of its half-edges.
     pub distinct: usize,
-    /// Pairs whose half-edges run the same way.
+    /// Number of interior edges whose half-edges have the same direction.
     pub same_way: usize,
-    /// Triangles among which are all that have the three corners of another; some come twice.
+    /// A superset of the triangles that have the three corners of another triangle; may contain
+    /// a triangle twice.
     pub may_repeat: Vec<u32>,
 }
 
@@ -71,20 +76,21 @@ impl EdgeFacts {
 }
 
 impl Edge {
-    /// Whether both triangles run along the edge in the same direction: their windings contradict
-    /// each other.
+    /// Whether both triangles traverse the edge in the same direction, so that their windings are
+    /// inconsistent.
     pub(crate) fn runs_one_way(&self) -> bool {
         self.sides[0].is_reversed() == self.sides[1].is_reversed()
     }
 }
 
-/// More parts than this would read the triangles more often than it saves.
-const MOST_PARTS: usize = 8;
+/// Maximum number of vertex ranges. Each range reads all triangles, which more ranges would do more
+/// often than is saved.
+const MAX_PARTS: usize = 8;
 
-/// Finds the edges of triangles whose corners differ. The result does not depend on the number
-/// of threads: each takes a range of lower vertices, and the ranges follow each other.
+/// Finds the edges of triangles whose corners differ. Each thread takes a range of lower vertices,
+/// and the ranges are joined in order, so that the result does not depend on the number of threads.
 pub(crate) fn edges(triangles: &[[u32; 3]], n_vertices: usize) -> Edges {
-    let n_parts = rayon::current_num_threads().clamp(1, MOST_PARTS);
+    let n_parts = rayon::current_num_threads().clamp(1, MAX_PARTS);
     let bound = |part: usize| (n_vertices * part / n_parts) as u32;
     let parts: Vec<Edges> = (0..n_parts)
         .into_par_iter()
@@ -93,32 +99,33 @@ pub(crate) fn edges(triangles: &[[u32; 3]], n_vertices: usize) -> Edges {
     let mut facts = EdgeFacts::default();
     parts.iter().for_each(|part| facts.add(&part.facts));
     Edges {
-        pairs: joined(parts.iter().map(|part| &part.pairs[..]).collect()),
-        lone: joined(parts.iter().map(|part| &part.lone[..]).collect()),
+        pairs: concat(parts.iter().map(|part| &part.pairs[..]).collect()),
+        lone: concat(parts.iter().map(|part| &part.lone[..]).collect()),
         facts,
     }
 }
 
-/// One after the other, copied by all threads.
-fn joined<T: Copy + Default + Send + Sync>(parts: Vec<&[T]>) -> Vec<T> {
+/// Concatenates slices, copied by all threads.
+fn concat<T: Copy + Default + Send + Sync>(parts: Vec<&[T]>) -> Vec<T> {
     let mut all = vec![T::default(); parts.iter().map(|part| part.len()).sum()];
     let mut rest = &mut all[..];
-    let mut places = Vec::new();
+    let mut copies = Vec::new();
     for part in parts {
-        let (place, after) = rest.split_at_mut(part.len());
-        places.push((place, part));
+        let (target, after) = rest.split_at_mut(part.len());
+        copies.push((target, part));
         rest = after;
     }
-    places
+    copies
         .into_par_iter()
-        .for_each(|(place, part)| place.copy_from_slice(part));
+        .for_each(|(target, part)| target.copy_from_slice(part));
     all
 }
 
-/// The edges whose lower vertex is in `lower`: half-edges sorted into one bucket a vertex
-/// (counting, then placing), then each bucket by itself.
+/// Finds the edges whose lower vertex is in `lower`: a counting sort of the half-edges into one
+/// bucket per lower vertex, then a sort of each bucket.
 fn edges_from(triangles: &[[u32; 3]], lower: Range<u32>) -> Edges {
     let n_buckets = lower.len();
+    // Vertices below the range wrap around, so that one comparison excludes both sides.
     let bucket = |vertex: u32| (vertex.wrapping_sub(lower.start)) as usize;
     let mut ends = vec![0_u32; n_buckets + 1];
     for [a, b, c] in triangles {
@@ -128,24 +135,26 @@ fn edges_from(triangles: &[[u32; 3]], lower: Range<u32>) -> Edges {
             }
         }
     }
-    // Vertex `lower.end − 1` counts into the last entry, and none into the first.
+    // Bucket b is counted in entry b + 1, so that the prefix sum makes entry b the start of bucket
+    // b.
     for idx in 1..ends.len() {
         ends[idx] += ends[idx - 1];
     }
     let n_half_edges = ends[n_buckets] as usize;
     let mut half_edges = vec![0_u64; n_half_edges];
-    // Placing moves each bucket's start to its end, which is the next one's start.
+    // Insertion advances each bucket's start to its end.
     let mut starts = ends;
     for (triangle, &[a, b, c]) in (0_u32..).zip(triangles) {
         for (from, to) in [(a, b), (b, c), (c, a)] {
             let low = bucket(from.min(to));
             if low < n_buckets {
-                let place = &mut starts[low];
-                half_edges[*place as usize] = packed(from, to, triangle);
-                *place += 1;
+                let slot = &mut starts[low];
+                half_edges[*slot as usize] = pack(from, to, triangle);
+                *slot += 1;
             }
         }
     }
+    // Within a bucket, half-edges with the same upper vertex belong to the same edge.
     let mut edges = Edges::default();
     edges.pairs.reserve(n_half_edges / 2);
     let mut start = 0;
@@ -166,9 +175,11 @@ fn edges_from(triangles: &[[u32; 3]], lower: Range<u32>) -> Edges {
     edges
 }
 
-/// Whether the same two triangles, given in `neighbors`, meet at two of `edges`, which have one lower vertex: triangles
-/// with the same three corners do, at the two edges of their lowest corner, and others do not
-/// unless more than two triangles meet at an edge.
+/// Whether two of `edges`, which have the same lower vertex, have the same two triangles.
+/// `neighbors` receives the triangles of all edges.
+///
+/// Triangles with the same three corners share the two edges at their lowest corner. Other
+/// triangles do not, unless more than two triangles meet at an edge.
 fn share_two_edges(edges: &[Edge], neighbors: &mut Vec<[u32; 2]>) -> bool {
     if edges.len() < 2 {
         return false;
@@ -182,14 +193,14 @@ fn share_two_edges(edges: &[Edge], neighbors: &mut Vec<[u32; 2]>) -> bool {
     neighbors.windows(2).any(|pair| pair[0] == pair[1])
 }
 
-/// The upper vertex, then the half-edge, so that a sorted bucket has edges together and in them
-/// the reversed half-edges last.
-fn packed(from: u32, to: u32, triangle: u32) -> u64 {
+/// Packs the upper vertex, then the half-edge, so that in a sorted bucket the half-edges of an edge
+/// are adjacent, the reversed ones last.
+fn pack(from: u32, to: u32, triangle: u32) -> u64 {
     let direction = if from > to { REVERSED } else { 0 };
     u64::from(from.max(to)) << 32 | u64::from(triangle | direction)
 }
 
-/// Takes the half-edges from both ends, which pairs opposite directions first.
+/// Pairs the half-edges of an edge from both ends of `same_end`, opposite directions first.
 fn pair_up(lower: u32, same_end: &[u64], edges: &mut Edges) {
     let vertices = [lower, (same_end[0] >> 32) as u32];
     let side = |packed: &u64| HalfEdge(*packed as u32);
@@ -210,6 +221,7 @@ fn pair_up(lower: u32, same_end: &[u64], edges: &mut Edges) {
     }
     edges.facts.distinct += 1;
     edges.facts.same_way += same_way;
+    // At an edge of more than two triangles `share_two_edges` may miss repeated triangles.
     if same_end.len() > 2 {
         let triangles = same_end
             .iter()
@@ -228,33 +240,33 @@ mod tests {
     }
 
     #[test]
-    fn a_tetrahedron_has_six_edges_also_with_a_face_turned_over() {
+    fn a_tetrahedron_has_six_edges_with_and_without_a_flipped_face() {
         for last in [[0, 3, 2], [0, 2, 3]] {
             let found = edges(&[[0, 2, 1], [0, 1, 3], [1, 2, 3], last], 4);
             assert_eq!((found.pairs.len(), found.lone.len()), (6, 0));
-            let odd = |e: &&Edge| e.sides[0].is_reversed() == e.sides[1].is_reversed();
+            let same_way = |e: &&Edge| e.sides[0].is_reversed() == e.sides[1].is_reversed();
             let expected = if last == [0, 3, 2] { 0 } else { 3 };
-            assert_eq!(found.pairs.iter().filter(odd).count(), expected);
+            assert_eq!(found.pairs.iter().filter(same_way).count(), expected);
         }
     }
 
     #[test]
-    fn crowded_edges_pair_opposite_directions_first() {
-        // Three along 0 → 1, two back.
+    fn non_manifold_edges_pair_opposite_directions_first() {
+        // Three half-edges from 0 to 1, two back.
         let fan = [[0, 1, 2], [1, 0, 3], [0, 1, 4], [0, 1, 5], [1, 0, 6]];
         let found = edges(&fan, 7);
-        let at: Vec<_> = found
+        let paired: Vec<_> = found
             .pairs
             .iter()
             .filter(|e| e.vertices == [0, 1])
             .collect();
-        assert_eq!(at.len(), 2);
-        for edge in at {
+        assert_eq!(paired.len(), 2);
+        for edge in paired {
             let [one, other] = edge.sides;
             assert_ne!(one.is_reversed(), other.is_reversed());
         }
-        let odd = found.lone.iter().filter(|e| e.vertices == [0, 1]).count();
-        assert_eq!(odd, 1);
+        let unpaired = found.lone.iter().filter(|e| e.vertices == [0, 1]).count();
+        assert_eq!(unpaired, 1);
     }
 
     #[test]

@@ -1,49 +1,50 @@
-//! The integer lattice on which a prepared mesh lies.
+//! The integer lattice of a prepared mesh's vertices.
 
 use aogrid_grid_format::GridSpec;
 
 use super::PrepareError;
 use crate::mesh::Bounds;
 
-/// The lattice is at most this fine: 2⁻¹⁹ of a cell, far below what an image of a few hundred
-/// texels across can show, and such that 32 cells fit [`COORDINATE_BITS`].
-const FINEST: u32 = 19;
+/// Maximum number of fractional bits: 2⁻¹⁹ of a cell is far below the resolution of an image of a
+/// few hundred texels across, and such that 32 cells fit [`COORDINATE_BITS`].
+const MAX_BITS: u32 = 19;
 
-/// How far a mesh and a grid may differ in size.
+/// Limits on the size of a mesh relative to a grid, and on the shape of the cells.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits {
-    /// The lattice is at least as fine as 2^-`coarsest` of a cell. It bounds the distance that a
-    /// mesh may reach from the first sample: see [`COORDINATE_BITS`].
-    pub coarsest: u32,
-    /// A cell may be this many times longer than wide.
+    /// Minimum number of fractional bits: the lattice spacing is at most 2^-`min_bits` of a cell.
+    /// It bounds the distance of a mesh from the first sample: see [`COORDINATE_BITS`].
+    pub min_bits: u32,
+    /// Maximum ratio of a cell's length to its width.
     pub max_stretch: f64,
 }
 
 impl Limits {
-    /// Of the direction sweep. At 2⁻¹³ of a cell a mesh may reach 2048 cells, which is the
-    /// largest grid; coarser would be visible. Slopes in cells grow with the stretch, and the
-    /// sweep's single floats become as many times coarser.
+    /// The limits of the direction sweep. At 2⁻¹³ of a cell a mesh may reach 2048 cells, the size
+    /// of the largest grid; a coarser lattice would be visible. Slopes in cells grow with the
+    /// stretch, and the precision of the sweep's single-precision floats falls in proportion.
     pub(crate) const SWEEP: Self = Self {
-        coarsest: 13,
+        min_bits: 13,
         max_stretch: 64.0,
     };
 
-    /// Of signed layers, which are exact integers and decide about whole cells.
+    /// The limits of signed layers, which are exact integers and classify whole cells.
     pub(crate) const LAYERS: Self = Self {
-        coarsest: 4,
+        min_bits: 4,
         max_stretch: 65_536.0,
     };
 }
 
-/// A coordinate's magnitude is at most 2²⁴: a single float holds it exactly, and products of
-/// two differences of coordinates, of which orientation tests are made, stay below 2⁵².
+/// Bits of a coordinate's magnitude, which is at most 2²⁴: a single-precision float holds it
+/// exactly, and products of two differences of coordinates, as in orientation tests, stay below
+/// 2⁵².
 const COORDINATE_BITS: u32 = 24;
 
-/// Points of the lattice: the sample of cell (i, j, k) is at (i, j, k) · 2^bits.
+/// An integer lattice in which the sample of cell (i, j, k) is at (i, j, k) · 2^bits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lattice {
     bits: u32,
-    /// From object space to the lattice: `(v − from) · per_unit + to`.
+    /// The transform from object space to the lattice is `(v − from) · per_unit + to`.
     from: [f64; 3],
     per_unit: [f64; 3],
     to: [f64; 3],
@@ -62,7 +63,7 @@ impl Lattice {
             return Err(PrepareError::Stretched(largest / smallest));
         }
         let from = spec.center().map(f64::from);
-        // Cell 0 has its centre half a cell from the box's side.
+        // Cell 0 has its center half a cell from the box's side.
         let center: [f64; 3] = std::array::from_fn(|x| {
             (f64::from(spec.resolution()[x]) - 1.0) / 2.0 - f64::from(sample_offset[x])
         });
@@ -70,10 +71,11 @@ impl Lattice {
         let reach = (0..3)
             .flat_map(|x| [in_cells(bounds.min[x], x), in_cells(bounds.max[x], x)])
             .fold(0.0, |reach: f64, v| reach.max(v.abs()));
-        let most = |bits: u32| f64::from(1_u32 << (COORDINATE_BITS - bits));
-        let bits = (limits.coarsest..=FINEST)
+        // The finest lattice on which all vertices fit `COORDINATE_BITS`.
+        let max_reach = |bits: u32| f64::from(1_u32 << (COORDINATE_BITS - bits));
+        let bits = (limits.min_bits..=MAX_BITS)
             .rev()
-            .find(|&bits| reach <= most(bits));
+            .find(|&bits| reach <= max_reach(bits));
         let bits = bits.ok_or(PrepareError::TooFar(reach))?;
         let scale = f64::from(1_u32 << bits);
         Ok(Self {
@@ -84,28 +86,29 @@ impl Lattice {
         })
     }
 
-    /// A cell is 2^bits lattice steps long, along every axis: 2¹⁹ unless the mesh reaches
-    /// farther than 32 cells from the first sample.
+    /// Returns the number of fractional bits: a cell is 2^bits lattice steps long along every axis.
+    /// It is 19 unless the mesh reaches farther than 32 cells from the first sample.
     pub fn bits(&self) -> u32 {
         self.bits
     }
 
-    /// No vertex of a triangle is farther from the first sample along any axis, in cells.
+    /// Returns the maximum distance of a triangle's vertex from the first sample along any axis, in
+    /// cells.
     pub fn reach(&self) -> f64 {
         f64::from(1_u32 << (COORDINATE_BITS - self.bits))
     }
 
-    /// The lattice's point nearest to a position in object space. Of two equally near the even
-    /// one, so that a mesh that mirrors itself in the box still does so.
+    /// Returns the lattice point nearest to a position in object space. Ties are rounded to even,
+    /// so that a mesh that is symmetric in the box stays so.
     pub(super) fn snap(&self, position: [f32; 3]) -> [i32; 3] {
         std::array::from_fn(|x| {
             let v = (f64::from(position[x]) - self.from[x]) * self.per_unit[x] + self.to[x];
-            // A vertex of no triangle may be anywhere; casts of what does not fit saturate.
+            // An unused vertex may be anywhere; casts of values that do not fit saturate.
             v.round_ties_even() as i32
         })
     }
 
-    /// A coordinate in cells, exactly.
+    /// Returns a coordinate in cells, exactly.
     pub fn in_cells(&self, coordinate: i32) -> f32 {
         coordinate as f32 / (1_u32 << self.bits) as f32
     }
@@ -143,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mesh_that_reaches_farther_lies_on_a_coarser_lattice() {
+    fn a_mesh_that_reaches_farther_gets_a_coarser_lattice() {
         let bits = |n, reach| lattice(n, [n as f32 / 8.0, 1.0, 1.0], reach);
         let bits = |n, reach| bits(n, reach).unwrap().bits();
         assert_eq!(
@@ -156,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn needles_are_no_cells() {
+    fn elongated_cells_are_refused() {
         assert!(lattice(8, [63.0, 1.0, 1.0], 1.0).is_ok());
         let stretched = lattice(8, [65.0, 1.0, 1.0], 1.0);
         assert!(matches!(stretched, Err(PrepareError::Stretched(_))));

@@ -1,18 +1,18 @@
-//! A mesh made ready for one grid: on the grid's lattice, welded, with its edges.
+//! A mesh prepared for one grid: on the grid's lattice, welded, with its edges.
 //!
-//! The direction sweep of every baker takes this. Its vertices are integers, so that the sign
-//! of an area is exact in 64 bits and two places that ask the same question of the same
-//! vertices get the same answer. The lattice is so fine (2⁻¹⁹ of a cell for grids of up to 32
-//! cells a side) that single floats hold its points exactly, too.
+//! It is the input of every baker's direction sweep. Vertices are integers, so that the sign of an
+//! area is exact in 64 bits and independent computations on the same vertices agree. The lattice
+//! spacing (2⁻¹⁹ of a cell for grids of up to 32 cells per axis) is such that single-precision
+//! floats hold its points exactly, too.
 //!
 //! # Limits
 //!
-//! A coordinate takes 24 bits and a sign. A mesh that reaches farther than 32 cells from the
-//! grid's first sample, because the grid has more cells or is smaller than the mesh, lies on
-//! a lattice as many times coarser: never coarser than 24 bits across the whole, which is as
-//! much as the mesh's own single floats have. Beyond 2048 cells, or where a cell is more than
-//! 64 times longer than wide, there is no prepared mesh ([`PrepareError`]) and only rays can
-//! bake.
+//! A coordinate takes 24 bits and a sign. If a mesh reaches farther than 32 cells from the grid's
+//! first sample, because the grid has more cells or is smaller than the mesh, the lattice is
+//! coarser in proportion: never coarser than 24 bits across the whole, the precision of the mesh's
+//! own single-precision floats. If it reaches beyond 2048 cells, or a cell is more than 64 times
+//! longer than wide, the mesh cannot be prepared ([`PrepareError`]) and only ray casting can bake
+//! it.
 
 mod edges;
 mod lattice;
@@ -27,9 +27,9 @@ pub use lattice::Lattice;
 pub(crate) use lattice::Limits;
 
 use crate::TriangleMesh;
-use crate::mesh::{Bounds, first_at_place};
+use crate::mesh::{Bounds, first_duplicate};
 
-/// See the [module](self).
+/// A mesh prepared for one grid; see the [module](self).
 #[derive(Debug)]
 pub struct PreparedMesh {
     spec: GridSpec,
@@ -40,28 +40,29 @@ pub struct PreparedMesh {
     bounds: [[i32; 3]; 2],
 }
 
-/// Why a mesh and a grid do not fit the sweep. Rays have no such limits.
+/// The reason that a mesh and a grid exceed the limits of the direction sweep. Ray casting has no
+/// such limits.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PrepareError {
-    /// The mesh is many times larger than the grid's cells.
+    /// The mesh reaches too many cells from the grid.
     #[error("the mesh reaches {0:.0} cells from the grid's first sample, more than 2048")]
     TooFar(f64),
-    /// Cells like needles or sheets.
+    /// The grid's cells are too elongated.
     #[error("the grid's cells are {0:.0} times longer than wide, more than 64")]
     Stretched(f64),
-    /// Indices take 31 bits.
-    #[error("{0} triangles are more than 2^31")]
+    /// The mesh has more triangles than 31-bit indices can hold.
+    #[error("{0} triangles are too many, the maximum is 2^31 - 1")]
     TooMany(usize),
 }
 
 impl PreparedMesh {
-    /// Prepares `mesh` for the samples of `spec` at `sample_offset` cells from the centres.
-    /// On all threads; the result does not depend on their number.
+    /// Prepares `mesh` for the samples of `spec` at `sample_offset` cells from the cells' centers.
+    /// Uses all threads; the result does not depend on their number.
     ///
     /// # Errors
     ///
-    /// A mesh and a grid beyond the [limits](self#limits).
+    /// The mesh and the grid exceed the [limits](self#limits).
     pub fn new(
         mesh: &TriangleMesh,
         spec: GridSpec,
@@ -70,7 +71,7 @@ impl PreparedMesh {
         Self::within(Limits::SWEEP, mesh, spec, sample_offset)
     }
 
-    /// [`PreparedMesh::new`], with other limits than the sweep's.
+    /// Prepares a mesh like [`PreparedMesh::new`], but within the given limits.
     pub(crate) fn within(
         limits: Limits,
         mesh: &TriangleMesh,
@@ -83,7 +84,7 @@ impl PreparedMesh {
         }
         let lattice = Lattice::new(&spec, sample_offset, &mesh.bounds(), limits)?;
         let Bounds { min, max } = mesh.bounds();
-        // Rounding keeps the order.
+        // Rounding is monotonic, so the snapped bounds are those of the snapped vertices.
         let bounds = [min, max].map(|corner| lattice.snap(corner));
         let snapped: Vec<[i32; 3]> = mesh
             .positions()
@@ -102,83 +103,85 @@ impl PreparedMesh {
         })
     }
 
-    /// The grid.
+    /// Returns the grid.
     pub fn spec(&self) -> &GridSpec {
         &self.spec
     }
 
-    /// What the coordinates mean.
+    /// Returns the lattice of the coordinates.
     pub fn lattice(&self) -> &Lattice {
         &self.lattice
     }
 
-    /// The vertices, no two at the same place, in steps of the lattice from the first sample.
+    /// Returns the vertices, all at different positions, in lattice steps from the first sample.
     pub fn vertices(&self) -> &[[i32; 3]] {
         &self.vertices
     }
 
-    /// Triangles over [`PreparedMesh::vertices`]. Those with two corners at one place are
-    /// left out: they hide nothing.
+    /// Returns the triangles over [`PreparedMesh::vertices`]. Triangles with two coincident corners
+    /// are left out, because they occlude nothing.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
-    /// Half-edges in pairs.
+    /// Returns the interior edges.
     pub fn edges(&self) -> &[Edge] {
         &self.edges.pairs
     }
 
-    /// Half-edges alone.
+    /// Returns the boundary edges.
     pub fn lone_edges(&self) -> &[LoneEdge] {
         &self.edges.lone
     }
 
-    /// Both kinds of edges, and facts about them.
+    /// Returns interior and boundary edges, and their statistics.
     pub(crate) fn all_edges(&self) -> &Edges {
         &self.edges
     }
 
-    /// The smallest and the largest coordinates of the triangles' vertices.
+    /// Returns the smallest and the largest coordinates of the triangles' vertices.
     pub(crate) fn bounds(&self) -> [[i32; 3]; 2] {
         self.bounds
     }
 
-    /// The normal of a triangle by the right-hand rule, in squared steps: exact, below 2⁵².
+    /// Returns the normal of a triangle by the right-hand rule, in squared lattice steps: exact,
+    /// below 2⁵².
     #[inline]
     pub fn normal(&self, triangle: [u32; 3]) -> [i64; 3] {
         let vertex = |corner: usize| &self.vertices[triangle[corner] as usize];
         let (a, b, c) = (vertex(0), vertex(1), vertex(2));
         // Coordinates have 25 bits with their sign, so that differences fit 32.
-        let along = |p: &[i32; 3], x: usize| i64::from(p[x] - a[x]);
-        let minor = |y: usize, z: usize| along(b, y) * along(c, z) - along(b, z) * along(c, y);
+        let edge = |p: &[i32; 3], x: usize| i64::from(p[x] - a[x]);
+        let minor = |y: usize, z: usize| edge(b, y) * edge(c, z) - edge(b, z) * edge(c, y);
         [minor(1, 2), minor(2, 0), minor(0, 1)]
     }
 }
 
-/// Vertices at one place become one, those of no triangle go. The order stays.
+/// Merges vertices at the same position, and drops triangles with coincident corners. The order is
+/// kept.
 fn weld(snapped: Vec<[i32; 3]>, triangles: &[[u32; 3]]) -> (Vec<[i32; 3]>, Vec<[u32; 3]>) {
-    let places: Vec<[u32; 3]> = snapped
+    let keys: Vec<[u32; 3]> = snapped
         .par_iter()
         .map(|p| p.map(i32::cast_unsigned))
         .collect();
-    let first = first_at_place(&places);
+    let first = first_duplicate(&keys);
     let all_differ = (0..).zip(&first).all(|(idx, &first)| idx == first);
     let (vertices, new_idx) = match all_differ {
-        // As most files are. Vertices of no triangle stay here, and do no harm.
+        // The usual case. Unused vertices stay, and are harmless.
         true => (snapped, first),
         false => compact(&snapped, &first),
     };
     let renumber = |vertex: u32| new_idx[vertex as usize];
-    let has_corners = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
+    let corners_differ = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
     let triangles = triangles
         .par_iter()
         .map(|t| t.map(renumber))
-        .filter(has_corners)
+        .filter(corners_differ)
         .collect();
     (vertices, triangles)
 }
 
-/// The vertices that are the first at their place, and the new index of each old one.
+/// Returns the vertices that are the first at their position, and the new index of each old vertex.
 fn compact(snapped: &[[i32; 3]], first: &[u32]) -> (Vec<[i32; 3]>, Vec<u32>) {
     let mut vertices = Vec::new();
     let mut new_idx: Vec<u32> = Vec::with_capacity(first.len());
@@ -205,7 +208,7 @@ mod tests {
         PreparedMesh::new(mesh, spec, [3.1e-4, -1.7e-4, 4.3e-4]).unwrap()
     }
 
-    /// The mesh with a vertex of its own for every corner.
+    /// Returns the mesh with a separate vertex for every corner.
     fn split(mesh: &TriangleMesh) -> TriangleMesh {
         let positions: Vec<_> = mesh.corners().flatten().collect();
         let n = mesh.triangles().len();
@@ -218,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn closed_meshes_have_no_lone_edges_also_when_split() {
+    fn closed_meshes_have_no_boundary_edges_with_and_without_shared_vertices() {
         for sample in Sample::CLOSED {
             let mesh = sample.mesh(None).unwrap();
             let whole = prepared(&mesh);
@@ -231,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn triangles_without_corners_are_left_out() {
+    fn triangles_with_coincident_corners_are_left_out() {
         let points = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 1.0], [1e-9, 0.0, 0.0]];
         let whole = Part {
             name: "points".into(),
@@ -249,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn unused_vertices_may_be_anything() {
+    fn unused_vertices_may_be_nan() {
         let points = vec![[f32::NAN; 3], [0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 1.0]];
         let whole = Part {
             name: "points".into(),

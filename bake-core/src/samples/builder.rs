@@ -1,32 +1,32 @@
-//! Closed shapes, put together.
+//! The builder that assembles models from basic shapes.
 
 use std::f64::consts::TAU;
 
 use crate::TriangleMesh;
 use crate::mesh::Part;
 
-/// Coordinates are rounded to this many steps a unit: the last bits of sines differ between
-/// machines, models may not.
-const STEPS: f64 = 1e6;
+/// Steps per unit to which coordinates are rounded, so that models are identical on machines whose
+/// sines differ in the last bits.
+const STEPS_PER_UNIT: f64 = 1e6;
 
-/// A model in the making. Triangles wind counter-clockwise seen from outside.
+/// A model under construction. Triangles wind counter-clockwise seen from outside.
 #[derive(Default)]
 pub(super) struct Builder {
     pub positions: Vec<[f64; 3]>,
     pub triangles: Vec<[u32; 3]>,
-    /// The part of each triangle.
+    /// The index of each triangle's part.
     pub part_of: Vec<u32>,
     parts: Vec<String>,
 }
 
-/// Two circles of a solid of revolution or a limb: centre and radius.
+/// A circle of a tube, in a plane perpendicular to the tube's axis.
 pub(super) struct Ring {
     pub center: [f64; 3],
     pub radius: f64,
 }
 
 impl Builder {
-    /// What follows belongs to a new part.
+    /// Begins a new part, to which the following triangles belong.
     pub(super) fn part(&mut self, name: &str) -> &mut Self {
         self.parts.push(name.to_owned());
         self
@@ -46,20 +46,20 @@ impl Builder {
         self.part_of.push(self.parts.len() as u32 - 1);
     }
 
-    /// A planar quad, corners counter-clockwise.
+    /// Adds a planar quad, corners counter-clockwise.
     fn quad(&mut self, [a, b, c, d]: [u32; 4]) {
         self.triangle([a, b, c]);
         self.triangle([a, c, d]);
     }
 
-    /// An axis-aligned box.
+    /// Adds an axis-aligned box.
     pub(super) fn cuboid(&mut self, min: [f64; 3], max: [f64; 3]) -> &mut Self {
         let corner = |bits: usize| std::array::from_fn(|x| [min[x], max[x]][bits >> x & 1]);
         self.hexahedron(std::array::from_fn(corner))
     }
 
-    /// A box with any corners: bit x of a corner's index says whether it lies at the upper
-    /// end of axis x.
+    /// Adds a hexahedron. Bit x of a corner's index tells whether it lies at the upper end of axis
+    /// x.
     pub(super) fn hexahedron(&mut self, corners: [[f64; 3]; 8]) -> &mut Self {
         let v = corners.map(|corner| self.vertex(corner));
         let faces = [
@@ -76,12 +76,12 @@ impl Builder {
         self
     }
 
-    /// A skin over `rings` of `sides` corners, closed at both ends by fans. All rings lie across
-    /// the line from the first centre to the last; none has radius zero.
+    /// Adds a surface over `rings` of `sides` corners, closed at both ends by fans. All rings are
+    /// perpendicular to the line from the first center to the last; none has radius zero.
     pub(super) fn tube(&mut self, rings: &[Ring], sides: u32) -> &mut Self {
         let (first, last) = (&rings[0], &rings[rings.len() - 1]);
-        let along: [f64; 3] = std::array::from_fn(|x| last.center[x] - first.center[x]);
-        let [u, v] = across(along);
+        let axis: [f64; 3] = std::array::from_fn(|x| last.center[x] - first.center[x]);
+        let [u, v] = perpendicular(axis);
         let starts: Vec<u32> = rings
             .iter()
             .map(|ring| {
@@ -95,6 +95,7 @@ impl Builder {
                 start
             })
             .collect();
+        // Quads between neighboring rings.
         for pair in starts.windows(2) {
             for side in 0..sides {
                 let next = (side + 1) % sides;
@@ -114,8 +115,8 @@ impl Builder {
         self
     }
 
-    /// A sheet of `n`[0] × `n`[1] quads whose corners are `at` (i, j): counter-clockwise where i
-    /// goes right and j goes up. Those that are `open` are left out.
+    /// Adds a sheet of `n`[0] × `n`[1] quads with corners `at` (i, j): counter-clockwise if i goes
+    /// right and j goes up. Quads that are `open` are left out. Sheets share vertices.
     pub(super) fn panel(
         &mut self,
         n: [usize; 2],
@@ -125,33 +126,33 @@ impl Builder {
         let quads = (0..n[1]).flat_map(|j| (0..n[0]).map(move |i| (i, j)));
         for (i, j) in quads.filter(|&(i, j)| !open(i, j)) {
             let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
-            let vertices = corners.map(|(i, j)| self.corner(at(i, j)));
+            let vertices = corners.map(|(i, j)| self.shared_vertex(at(i, j)));
             self.quad(vertices);
         }
         self
     }
 
-    /// The vertex at a position, which sheets share.
-    pub(super) fn corner(&mut self, position: [f64; 3]) -> u32 {
-        let near = |p: &[f64; 3]| (0..3).all(|x| (p[x] - position[x]).abs() * STEPS < 0.5);
+    /// Returns the vertex at a position, and adds one if there is none.
+    pub(super) fn shared_vertex(&mut self, position: [f64; 3]) -> u32 {
+        let near = |p: &[f64; 3]| (0..3).all(|x| (p[x] - position[x]).abs() * STEPS_PER_UNIT < 0.5);
         match self.positions.iter().position(near) {
             Some(idx) => idx as u32,
             None => self.vertex(position),
         }
     }
 
-    /// A tube between two points.
+    /// Adds a tube between two points.
     pub(super) fn limb(&mut self, from: [f64; 3], to: [f64; 3], radii: [f64; 2]) -> &mut Self {
         let ring = |center, radius| Ring { center, radius };
         self.tube(&[ring(from, radii[0]), ring(to, radii[1])], 8)
     }
 
-    /// The finished mesh.
+    /// Returns the finished mesh, its triangles sorted by part.
     pub(super) fn finish(self) -> TriangleMesh {
         let positions = self
             .positions
             .iter()
-            .map(|p| p.map(|v| ((v * STEPS).round() / STEPS) as f32))
+            .map(|p| p.map(|v| ((v * STEPS_PER_UNIT).round() / STEPS_PER_UNIT) as f32))
             .collect();
         let mut order: Vec<usize> = (0..self.triangles.len()).collect();
         order.sort_by_key(|&t| self.part_of[t]);
@@ -168,19 +169,19 @@ impl Builder {
                 triangles: std::mem::replace(&mut start, end)..end,
             })
             .collect();
-        TriangleMesh::new(positions, triangles, parts).expect("models are meshes")
+        TriangleMesh::new(positions, triangles, parts).expect("models are valid meshes")
     }
 }
 
-/// Two unit vectors across `along`, all three right-handed.
-fn across(along: [f64; 3]) -> [[f64; 3]; 2] {
+/// Returns two unit vectors u and v perpendicular to w; u, v, w are right-handed.
+fn perpendicular(w: [f64; 3]) -> [[f64; 3]; 2] {
     let smallest = (0..3)
-        .min_by(|&a, &b| along[a].abs().total_cmp(&along[b].abs()))
+        .min_by(|&a, &b| w[a].abs().total_cmp(&w[b].abs()))
         .expect("there are three axes");
     let mut axis = [0.0; 3];
     axis[smallest] = 1.0;
-    let u = normalized(cross(axis, along));
-    [u, normalized(cross(along, u))]
+    let u = normalized(cross(axis, w));
+    [u, normalized(cross(w, u))]
 }
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {

@@ -1,6 +1,6 @@
-//! Our own models, made by code: for trying things out, for tests, for benches. Right-handed,
-//! y up, standing on y = 0, about one or two units large. Those of [`Sample::CLOSED`] enclose
-//! volumes, the others have holes or no thickness.
+//! Procedural models for experiments, tests and benchmarks. They are right-handed, y up, stand on
+//! y = 0 and are one to two units large. Those of [`Sample::CLOSED`] enclose volumes, the others
+//! have holes or no thickness.
 
 mod builder;
 mod models;
@@ -12,59 +12,60 @@ use std::fmt::Write;
 use crate::TriangleMesh;
 use crate::mesh::Part;
 
-/// One of our models.
+/// A procedural model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sample {
     /// A unit cube.
     Box,
-    /// Four legs and a top, in contact.
+    /// A table: four legs that touch its top.
     Table,
-    /// A ring, lying.
+    /// A torus that lies flat.
     Torus,
-    /// A slab with a wall at its side: an inner edge.
+    /// A slab with a wall at its side, which form an inner edge.
     LShape,
-    /// A ball of radius ½.
+    /// A sphere of radius ½.
     Sphere,
-    /// Eleven parts in a walking pose, as the robot of RR-5779, figure 13.
+    /// A robot of eleven parts in a walking pose, similar to that of RR-5779, figure 13.
     Robot,
-    /// Hull, wings, fins and engines, as small as the space ship of RR-5779, table 1.
+    /// A space ship with hull, wings, fin and engines, about as many triangles as that of RR-5779,
+    /// table 1.
     SpaceShip,
     /// A unit cube without its bottom.
     OpenBox,
-    /// Two boxes without bottoms that overlap.
+    /// Two overlapping boxes without bottoms.
     OpenBoxes,
-    /// Walls and a roof without thickness, a door, windows.
+    /// A house: walls and a roof without thickness, a door, windows.
     House,
-    /// Floor and walls that face inward, without a roof.
+    /// A room: floor and walls that face inward, without a roof.
     Room,
     /// A wavy cloth without thickness.
     Sheet,
-    /// Half a hollow ball without thickness, open above.
+    /// The lower half of a hollow sphere without thickness.
     Bowl,
-    /// A torus with holes, whose every fifth triangle is turned over.
+    /// A torus with holes, of which about every fifth triangle is flipped.
     Patchwork,
 }
 
-/// Why a model cannot be made.
+/// The reason that a model cannot be made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SampleError {
-    /// Fewer triangles than the model's own.
-    #[error("{name} has {least} triangles at least, {wished} were wished for")]
+    /// The requested number of triangles is below the model's minimum.
+    #[error("{name} has at least {least} triangles, but {wished} were requested")]
     TooFew {
-        /// The model.
+        /// The model's name.
         name: &'static str,
-        /// Its own count.
+        /// The minimum number of triangles.
         least: usize,
-        /// The wish.
+        /// The requested number of triangles.
         wished: usize,
     },
-    /// More triangles than anyone can mean.
-    #[error("{0} triangles are more than the {MAX_TRIANGLES} a sample may have")]
+    /// The requested number of triangles is above [`MAX_TRIANGLES`].
+    #[error("{0} triangles are too many, the maximum is {MAX_TRIANGLES}")]
     TooMany(usize),
 }
 
-/// The most triangles that a sample is refined to.
+/// The maximum number of triangles of a refined model.
 pub const MAX_TRIANGLES: usize = 20_000_000;
 
 impl Sample {
@@ -86,7 +87,7 @@ impl Sample {
         Self::Patchwork,
     ];
 
-    /// The models whose every edge has an even number of triangles.
+    /// The closed models: every edge has an even number of triangles.
     pub const CLOSED: [Self; 7] = [
         Self::Box,
         Self::Table,
@@ -97,7 +98,7 @@ impl Sample {
         Self::SpaceShip,
     ];
 
-    /// The name on command lines and of files.
+    /// Returns the name on command lines and of files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Box => "box",
@@ -117,33 +118,34 @@ impl Sample {
         }
     }
 
-    /// The model with its own number of triangles, or refined to `triangles` or one more. New vertices of the sphere and the torus lie on the round surface.
+    /// Returns the model with its own number of triangles, or refined to `triangles` or one more.
+    /// New vertices of the sphere and the torus lie on the round surface.
     ///
     /// # Errors
     ///
-    /// Fewer triangles than the model has, or more than [`MAX_TRIANGLES`].
+    /// `triangles` is below the model's minimum or above [`MAX_TRIANGLES`].
     pub fn mesh(self, triangles: Option<usize>) -> Result<TriangleMesh, SampleError> {
         let mut model = models::build(self, triangles);
-        if let Some(wished) = triangles {
-            let least = model.triangle_count();
-            if wished < least {
+        if let Some(requested) = triangles {
+            let min = model.triangle_count();
+            if requested < min {
                 return Err(SampleError::TooFew {
                     name: self.name(),
-                    least,
-                    wished,
+                    least: min,
+                    wished: requested,
                 });
             }
-            if wished > MAX_TRIANGLES {
-                return Err(SampleError::TooMany(wished));
+            if requested > MAX_TRIANGLES {
+                return Err(SampleError::TooMany(requested));
             }
-            refine::refine(&mut model, wished, models::surface(self));
+            refine::refine(&mut model, requested, models::surface(self));
         }
         Ok(model.finish())
     }
 }
 
-/// The mesh as a Wavefront OBJ file, one object a part, shortest decimals that read back as the
-/// same floats.
+/// Returns the mesh as a Wavefront OBJ file, with one object per part and the shortest decimals
+/// that read back as the same floats.
 pub fn to_obj(mesh: &TriangleMesh) -> String {
     let mut obj = String::new();
     let mut line = |args: std::fmt::Arguments<'_>| {
@@ -172,7 +174,7 @@ mod tests {
         for sample in Sample::CLOSED {
             let mesh = sample.mesh(None).unwrap();
             let report = MeshReport::new(&mesh);
-            // Slab and wall of the L have an edge in common.
+            // Slab and wall of the L share an edge of four triangles.
             assert_eq!(report.is_closed(), sample != Sample::LShape, "{sample:?}");
             assert_eq!(
                 (report.boundary_edges, report.degenerate, report.duplicate),
@@ -186,7 +188,7 @@ mod tests {
         assert_eq!(Sample::Robot.mesh(None).unwrap().parts().len(), 11);
     }
 
-    /// Positive where triangles wind counter-clockwise seen from outside.
+    /// Returns the enclosed volume, positive if triangles wind counter-clockwise seen from outside.
     fn signed_volume(mesh: &TriangleMesh) -> f64 {
         let volume = |[a, b, c]: [[f32; 3]; 3]| {
             let [a, b, c] = [a, b, c].map(|p| p.map(f64::from));
@@ -198,13 +200,13 @@ mod tests {
     }
 
     #[test]
-    fn refined_models_have_the_wished_count_and_stay_closed() {
+    fn refined_models_have_the_requested_count_and_stay_closed() {
         for sample in Sample::CLOSED {
-            for wished in [2_500, 10_001] {
-                let mesh = sample.mesh(Some(wished)).unwrap();
+            for requested in [2_500, 10_001] {
+                let mesh = sample.mesh(Some(requested)).unwrap();
                 assert_eq!(
                     mesh.triangles().len(),
-                    wished.next_multiple_of(2),
+                    requested.next_multiple_of(2),
                     "{sample:?}"
                 );
                 let report = MeshReport::new(&mesh);
@@ -219,16 +221,12 @@ mod tests {
     }
 
     #[test]
-    fn open_models_have_the_holes_they_should() {
+    fn open_models_have_the_expected_holes() {
         for (sample, triangles, boundary_edges) in [
             (Sample::OpenBox, 10, 4),
             (Sample::OpenBoxes, 20, 8),
-            // The door, of which one side is the floor's, and four windows.
-            (
-                Sample::House,
-                2 * (13 + 14 + 8 + 8) + 6 + 20 + 30,
-                6 + 1 + 1 + 16,
-            ),
+            // The door, one side of which is an edge of the floor, and four windows.
+            (Sample::House, 2 * (12 + 14 + 8 + 8) + 6 + 20 + 30, 6 + 16),
             (Sample::Room, 10, 4),
             (Sample::Sheet, 512, 64),
             (Sample::Bowl, 480, 32),
@@ -253,13 +251,13 @@ mod tests {
     }
 
     #[test]
-    fn open_models_face_outward_but_for_the_room() {
+    fn open_models_except_the_room_face_outward() {
         for sample in Sample::ALL
             .into_iter()
             .filter(|s| !Sample::CLOSED.contains(s))
         {
             if ![Sample::Sheet, Sample::Patchwork].contains(&sample) {
-                // Seen from the middle of its opening's plane a hole adds nothing to the volume.
+                // Tetrahedra over a hole have no volume if the origin is in the plane of the hole.
                 let mesh = sample.mesh(None).unwrap();
                 let volume = signed_volume(&mesh);
                 assert_eq!(volume > 0.0, sample != Sample::Room, "{sample:?}: {volume}");
@@ -286,7 +284,7 @@ mod tests {
         let few = Sample::Box.mesh(Some(11)).unwrap_err();
         assert_eq!(
             few.to_string(),
-            "box has 12 triangles at least, 11 were wished for"
+            "box has at least 12 triangles, but 11 were requested"
         );
         let many = Sample::Box.mesh(Some(MAX_TRIANGLES + 1));
         assert_eq!(many, Err(SampleError::TooMany(MAX_TRIANGLES + 1)));

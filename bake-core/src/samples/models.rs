@@ -1,15 +1,15 @@
-//! What each model looks like.
+//! The shapes of the closed models.
 
 use std::f64::consts::TAU;
 
 use super::builder::{Builder, Ring};
 use super::{Sample, open};
 
-/// Where refinement puts new vertices: on the surface nearest to the given point.
+/// The projection of a point to a model's surface, on which refinement puts new vertices.
 pub(super) type Surface = fn([f64; 3]) -> [f64; 3];
 
-/// A model of at most `wished` triangles where it has coarser forms, else its own.
-pub(super) fn build(sample: Sample, wished: Option<usize>) -> Builder {
+/// Builds a model. The sphere and the torus have coarser forms, of at most `requested` triangles.
+pub(super) fn build(sample: Sample, requested: Option<usize>) -> Builder {
     let mut model = Builder::default();
     match sample {
         Sample::Box => {
@@ -17,14 +17,14 @@ pub(super) fn build(sample: Sample, wished: Option<usize>) -> Builder {
             part.cuboid([-0.5, 0.0, -0.5], [0.5, 1.0, 0.5]);
         }
         Sample::Table => table(&mut model),
-        Sample::Torus => torus(&mut model, wished),
+        Sample::Torus => torus(&mut model, requested),
         Sample::LShape => {
             let part = model.part("slab");
             part.cuboid([-0.6, 0.0, -0.6], [0.6, 0.2, 0.6]);
             let part = model.part("wall");
             part.cuboid([-0.6, 0.2, -0.6], [-0.4, 1.2, 0.6]);
         }
-        Sample::Sphere => sphere(&mut model, wished),
+        Sample::Sphere => sphere(&mut model, requested),
         Sample::Robot => robot(&mut model),
         Sample::SpaceShip => space_ship(&mut model),
         Sample::OpenBox => open::open_box(&mut model),
@@ -41,7 +41,7 @@ pub(super) fn build(sample: Sample, wished: Option<usize>) -> Builder {
     model
 }
 
-/// The surface of round models; flat ones stay as they are.
+/// Returns the projection to the surface of a round model; the identity for the other models.
 pub(super) fn surface(sample: Sample) -> Surface {
     match sample {
         Sample::Sphere => |p| on_sphere([p[0], p[1] - RADIUS, p[2]]),
@@ -64,7 +64,7 @@ fn table(model: &mut Builder) {
     }
 }
 
-/// Radius of the sphere.
+/// The radius of the sphere.
 const RADIUS: f64 = 0.5;
 
 fn on_sphere(p: [f64; 3]) -> [f64; 3] {
@@ -72,8 +72,9 @@ fn on_sphere(p: [f64; 3]) -> [f64; 3] {
     [scale * p[0], scale * p[1] + RADIUS, scale * p[2]]
 }
 
-/// An icosphere: three subdivisions, 1280 triangles, or as many as keep within `wished`.
-fn sphere(model: &mut Builder, wished: Option<usize>) {
+/// Adds an icosphere of three subdivisions (1280 triangles), or of as many as give at most
+/// `requested` triangles.
+fn sphere(model: &mut Builder, requested: Option<usize>) {
     let golden = (1.0 + 5.0_f64.sqrt()) / 2.0;
     model.part("sphere");
     for axis in 0..3 {
@@ -89,12 +90,12 @@ fn sphere(model: &mut Builder, wished: Option<usize>) {
             model.vertex(on_sphere(p));
         }
     }
+    // The faces are found by distance: neighbors on the icosahedron are the closest pairs.
     let corners = model.positions.clone();
     let distance = |a: u32, b: u32| -> f64 {
         let (a, b) = (corners[a as usize], corners[b as usize]);
         (0..3).map(|x| (a[x] - b[x]).powi(2)).sum::<f64>().sqrt()
     };
-    // Neighbours on the icosahedron are the closest pairs of corners.
     let edge = (1..12)
         .map(|v| distance(0, v))
         .fold(f64::INFINITY, f64::min);
@@ -108,16 +109,19 @@ fn sphere(model: &mut Builder, wished: Option<usize>) {
             }
         }
     }
-    let levels = match wished {
+    let levels = match requested {
         None => 3,
-        Some(wished) => (0..12).rev().find(|l| 20 << (2 * l) <= wished).unwrap_or(0),
+        Some(requested) => (0..12)
+            .rev()
+            .find(|l| 20 << (2 * l) <= requested)
+            .unwrap_or(0),
     };
     for _ in 0..levels {
         super::refine::subdivide(model, surface(Sample::Sphere));
     }
 }
 
-/// The corners in the order that winds counter-clockwise seen from outside the sphere.
+/// Returns the corners in the order that winds counter-clockwise seen from outside the sphere.
 fn outward(positions: &[[f64; 3]], [a, b, c]: [u32; 3]) -> [u32; 3] {
     let [p, q, r] = [a, b, c].map(|v| {
         let [x, y, z] = positions[v as usize];
@@ -129,7 +133,7 @@ fn outward(positions: &[[f64; 3]], [a, b, c]: [u32; 3]) -> [u32; 3] {
     if volume > 0.0 { [a, b, c] } else { [a, c, b] }
 }
 
-/// Radii of the torus: of the ring, and of its tube.
+/// The radii of the torus: of the ring, and of its tube.
 const TORUS: [f64; 2] = [0.7, 0.25];
 
 fn torus_point(ring: f64, tube: f64) -> [f64; 3] {
@@ -147,9 +151,10 @@ fn on_torus(p: [f64; 3]) -> [f64; 3] {
     torus_point(p[2].atan2(p[0]), (p[1] - TORUS[1]).atan2(outward))
 }
 
-/// 40 × 20 quads, or the coarsest of half and quarter as many a side that keep within `wished`.
-fn torus(model: &mut Builder, wished: Option<usize>) {
-    let fits = |&n: &u32| wished.is_none_or(|wished| (4 * n * n) as usize <= wished);
+/// Adds a torus of 40 × 20 quads; of 20 × 10 or 10 × 5 if it would have more than `requested`
+/// triangles.
+fn torus(model: &mut Builder, requested: Option<usize>) {
+    let fits = |&n: &u32| requested.is_none_or(|requested| (4 * n * n) as usize <= requested);
     let n = [20, 10, 5].into_iter().find(fits).unwrap_or(5);
     let (rings, sides) = (2 * n, n);
     model.part("torus");
@@ -170,7 +175,7 @@ fn torus(model: &mut Builder, wished: Option<usize>) {
     }
 }
 
-/// Eleven parts, walking towards +z. Left is +x.
+/// Adds a robot of eleven parts, walking toward +z. Left is +x.
 fn robot(model: &mut Builder) {
     model
         .part("pelvis")
@@ -205,7 +210,7 @@ fn robot(model: &mut Builder) {
     }
 }
 
-/// Nose towards +z.
+/// Adds a space ship, with its nose toward +z.
 fn space_ship(model: &mut Builder) {
     let ring = |z: f64, radius: f64| Ring {
         center: [0.0, 0.35, z],

@@ -1,16 +1,16 @@
-//! Models with holes and without thickness, as users bring them.
+//! Open models: with holes or without thickness, as in users' files.
 
 use std::f64::consts::{PI, TAU};
 
 use super::builder::Builder;
 
-/// Nothing is left out.
-const WHOLE: fn(usize, usize) -> bool = |_, _| false;
+/// The opening predicate of a panel without openings.
+const NO_OPENINGS: fn(usize, usize) -> bool = |_, _| false;
 
-/// The five sides of a box that are not its bottom; turned over, their front is inside.
+/// Adds a box without its bottom. If `inward`, the faces are flipped.
 fn box_without_bottom(model: &mut Builder, min: [f64; 3], max: [f64; 3], inward: bool) {
     let ([x0, y0, z0], [x1, y1, z1]) = (min, max);
-    let sides = [
+    let faces = [
         [[x0, y0, z1], [x1, y0, z1], [x1, y1, z1], [x0, y1, z1]],
         [[x1, y0, z0], [x0, y0, z0], [x0, y1, z0], [x1, y1, z0]],
         [[x1, y0, z1], [x1, y0, z0], [x1, y1, z0], [x1, y1, z1]],
@@ -18,19 +18,20 @@ fn box_without_bottom(model: &mut Builder, min: [f64; 3], max: [f64; 3], inward:
         [[x0, y1, z1], [x1, y1, z1], [x1, y1, z0], [x0, y1, z0]],
     ];
     let order = if inward { [0, 3, 2, 1] } else { [0, 1, 2, 3] };
-    for side in sides {
-        let corners = order.map(|corner| side[corner]);
+    for face in faces {
+        let corners = order.map(|corner| face[corner]);
         let at = |i: usize, j: usize| corners[[[0, 3], [1, 2]][i][j]];
-        model.panel([1, 1], at, WHOLE);
+        model.panel([1, 1], at, NO_OPENINGS);
     }
 }
 
+/// Adds a unit cube without its bottom.
 pub(super) fn open_box(model: &mut Builder) {
     model.part("box");
     box_without_bottom(model, [-0.5, 0.0, -0.5], [0.5, 1.0, 0.5], false);
 }
 
-/// Two boxes without bottoms, one with a corner in the other.
+/// Adds two boxes without bottoms, one with a corner inside the other.
 pub(super) fn open_boxes(model: &mut Builder) {
     model.part("low");
     box_without_bottom(model, [-0.7, 0.0, -0.5], [0.1, 0.6, 0.3], false);
@@ -38,18 +39,18 @@ pub(super) fn open_boxes(model: &mut Builder) {
     box_without_bottom(model, [-0.1, 0.0, -0.1], [0.6, 1.0, 0.5], false);
 }
 
-/// A box without a roof, whose walls and floor face inward.
+/// Adds a box without a roof, whose walls and floor face inward.
 pub(super) fn room(model: &mut Builder) {
     model.part("room");
     let from = model.positions.len();
     box_without_bottom(model, [-0.7, 0.0, -0.5], [0.7, 0.8, 0.5], true);
-    // Upside down twice, so that the winding stays: what was the bottom is the missing roof.
+    // A rotation by half a turn keeps the winding and makes the open bottom the open top.
     for p in &mut model.positions[from..] {
         *p = [p[0], 0.8 - p[1], -p[2]];
     }
 }
 
-/// Walls, floor and gable roof without thickness, a door, and a window in each wall.
+/// Adds walls, floor and gable roof without thickness, with a door, and a window in each wall.
 pub(super) fn house(model: &mut Builder) {
     const XS: [f64; 6] = [-0.6, -0.12, 0.12, 0.3, 0.48, 0.6];
     const YS: [f64; 4] = [0.0, 0.3, 0.5, 0.7];
@@ -62,22 +63,27 @@ pub(super) fn house(model: &mut Builder) {
     model.panel([5, 3], |i, j| [XS[5 - i], YS[j], -0.5], window(3));
     model.panel([3, 3], |i, j| [0.6, YS[j], ZS[3 - i]], window(1));
     model.panel([3, 3], |i, j| [-0.6, YS[j], ZS[i]], window(1));
+    // The two gables.
     for x in [0.6, -0.6] {
-        let apex = model.corner([x, RIDGE, 0.0]);
+        let apex = model.shared_vertex([x, RIDGE, 0.0]);
         for pair in ZS.windows(2) {
-            let [a, b] = [pair[0], pair[1]].map(|z| model.corner([x, 0.7, z]));
+            let [a, b] = [pair[0], pair[1]].map(|z| model.shared_vertex([x, 0.7, z]));
             model.triangle(if x > 0.0 { [b, a, apex] } else { [a, b, apex] });
         }
     }
     model.part("roof");
     let slope = [0.7, RIDGE];
-    model.panel([5, 1], |i, j| [XS[i], slope[j], [0.5, 0.0][j]], WHOLE);
-    model.panel([5, 1], |i, j| [XS[5 - i], slope[j], [-0.5, 0.0][j]], WHOLE);
+    model.panel([5, 1], |i, j| [XS[i], slope[j], [0.5, 0.0][j]], NO_OPENINGS);
+    model.panel(
+        [5, 1],
+        |i, j| [XS[5 - i], slope[j], [-0.5, 0.0][j]],
+        NO_OPENINGS,
+    );
     model.part("floor");
-    model.panel([5, 3], |i, j| [XS[i], 0.0, ZS[j]], WHOLE);
+    model.panel([5, 3], |i, j| [XS[i], 0.0, ZS[j]], NO_OPENINGS);
 }
 
-/// A wavy cloth without thickness, facing up.
+/// Adds a wavy cloth without thickness, facing up.
 pub(super) fn sheet(model: &mut Builder) {
     const N: usize = 16;
     let at = |i: usize, j: usize| {
@@ -88,10 +94,10 @@ pub(super) fn sheet(model: &mut Builder) {
             z,
         ]
     };
-    model.part("sheet").panel([N, N], at, WHOLE);
+    model.part("sheet").panel([N, N], at, NO_OPENINGS);
 }
 
-/// The lower half of a hollow ball without thickness, facing outward, standing on its pole.
+/// Adds the lower half of a hollow sphere without thickness, facing outward, standing on its pole.
 pub(super) fn bowl(model: &mut Builder) {
     const AROUND: usize = 32;
     const RINGS: usize = 8;
@@ -99,7 +105,7 @@ pub(super) fn bowl(model: &mut Builder) {
     let at = |i: usize, ring: usize| {
         let (down, around) = (
             0.5 * PI * ring as f64 / RINGS as f64,
-            // Outside, counter-clockwise from below: against the sun.
+            // The azimuth decreases with i, so that faces wind counter-clockwise seen from outside.
             -TAU * (i % AROUND) as f64 / AROUND as f64,
         );
         let radius = RADIUS * down.sin();
@@ -110,22 +116,22 @@ pub(super) fn bowl(model: &mut Builder) {
         ]
     };
     model.part("bowl");
-    model.panel([AROUND, RINGS - 1], |i, j| at(i, j + 1), WHOLE);
-    let pole = model.corner(at(0, 0));
+    model.panel([AROUND, RINGS - 1], |i, j| at(i, j + 1), NO_OPENINGS);
+    let pole = model.shared_vertex(at(0, 0));
     for i in 0..AROUND {
-        let [a, b] = [i, i + 1].map(|i| model.corner(at(i, 1)));
+        let [a, b] = [i, i + 1].map(|i| model.shared_vertex(at(i, 1)));
         model.triangle([pole, b, a]);
     }
 }
 
-/// Leaves out some triangles, and turns over every fifth of the others.
+/// Removes some triangles, and flips about every fifth of the others.
 pub(super) fn break_up(model: &mut Builder) {
-    // Knuth's multiplicative hash: 256 numbers.
-    let dice = |idx: usize| (idx as u32).wrapping_mul(2_654_435_769) >> 16 & 0xff;
+    // Knuth's multiplicative hash, reduced to 0..256.
+    let hash = |idx: usize| (idx as u32).wrapping_mul(2_654_435_769) >> 16 & 0xff;
     let triangles = std::mem::take(&mut model.triangles);
     let part_of = std::mem::take(&mut model.part_of);
     for (idx, (mut corners, part)) in triangles.into_iter().zip(part_of).enumerate() {
-        match dice(idx) {
+        match hash(idx) {
             0..6 => continue,
             6..56 => corners.swap(0, 1),
             _ => {}

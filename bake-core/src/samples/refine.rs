@@ -1,23 +1,24 @@
-//! More triangles for the same shape.
+//! Refinement: more triangles for the same shape.
 
 use std::collections::{BinaryHeap, HashMap};
 
 use super::builder::Builder;
 use super::models::Surface;
 
-/// An edge, its lower vertex first.
+/// An edge, the lower vertex index first.
 type Edge = [u32; 2];
 
 fn edge(a: u32, b: u32) -> Edge {
     [a.min(b), a.max(b)]
 }
 
-/// Splits the longest edge, again and again, until there are `wished` triangles or one more: an
-/// edge inside a mesh has two triangles, which become four.
-pub(super) fn refine(model: &mut Builder, wished: usize, surface: Surface) {
-    if model.triangle_count() >= wished {
+/// Splits the longest edge repeatedly until there are `requested` triangles or one more: the two
+/// triangles at an interior edge become four.
+pub(super) fn refine(model: &mut Builder, requested: usize, surface: Surface) {
+    if model.triangle_count() >= requested {
         return;
     }
+    // The triangles at each edge; a boundary edge has the same triangle twice.
     let mut triangles_at: HashMap<Edge, [u32; 2]> = HashMap::new();
     for (idx, &[a, b, c]) in (0..).zip(&model.triangles) {
         for e in [edge(a, b), edge(b, c), edge(c, a)] {
@@ -31,18 +32,19 @@ pub(super) fn refine(model: &mut Builder, wished: usize, surface: Surface) {
         .keys()
         .map(|&e| (length(model, e), e))
         .collect();
-    while model.triangle_count() < wished {
-        let (_, e) = longest.pop().expect("every split leaves edges behind");
+    while model.triangle_count() < requested {
+        let (_, e) = longest.pop().expect("every split adds edges");
         split(model, &mut triangles_at, &mut longest, e, surface);
     }
 }
 
-/// The squared length of an edge as bits, which sort as the number does.
+/// Returns the bits of an edge's squared length, which sort like the number.
 fn length(model: &Builder, [a, b]: Edge) -> u64 {
     let (a, b) = (model.positions[a as usize], model.positions[b as usize]);
     (0..3).map(|x| (a[x] - b[x]).powi(2)).sum::<f64>().to_bits()
 }
 
+/// Splits edge `e` at its middle, and updates the triangles at each edge and the queue of edges.
 fn split(
     model: &mut Builder,
     triangles_at: &mut HashMap<Edge, [u32; 2]>,
@@ -52,13 +54,14 @@ fn split(
 ) {
     let old = triangles_at.remove(&e).expect("an edge is split once");
     let middle = model.vertex(middle(model, e, surface));
+    // The triangles at the two halves of the edge, and the new edges to the opposite corners.
     let mut halves = [[0; 2]; 2];
     let mut spokes = Vec::with_capacity(2);
-    // A boundary edge has one triangle, which stands there twice.
+    // A boundary edge has one triangle, which is listed twice.
     let sides = if old[0] == old[1] { 0..1 } else { 0..2 };
     for side in sides {
         let idx = old[side];
-        // The triangle is (from, to, apex), whatever its first corner was.
+        // Rotated so that it starts with the edge, the triangle is (from, to, apex).
         let t = model.triangles[idx as usize];
         let first = (0..3)
             .find(|&i| edge(t[i], t[(i + 1) % 3]) == e)
@@ -68,6 +71,7 @@ fn split(
         model.triangles[idx as usize] = [from, middle, apex];
         model.triangles.push([middle, to, apex]);
         model.part_of.push(model.part_of[idx as usize]);
+        // The edge (to, apex) now belongs to the new triangle.
         let moved = triangles_at
             .get_mut(&edge(to, apex))
             .expect("it is an edge of the triangle");
@@ -75,9 +79,9 @@ fn split(
             .iter_mut()
             .filter(|t| **t == idx)
             .for_each(|t| *t = new);
-        let (of_from, of_to) = (usize::from(from == e[1]), usize::from(to == e[1]));
-        halves[of_from][side..].fill(idx);
-        halves[of_to][side..].fill(new);
+        let (from_end, to_end) = (usize::from(from == e[1]), usize::from(to == e[1]));
+        halves[from_end][side..].fill(idx);
+        halves[to_end][side..].fill(new);
         spokes.push((edge(middle, apex), [idx, new]));
     }
     let halves = [0, 1].map(|end| (edge(e[end], middle), halves[end]));
@@ -92,7 +96,7 @@ fn middle(model: &Builder, [a, b]: Edge, surface: Surface) -> [f64; 3] {
     surface(std::array::from_fn(|x| (a[x] + b[x]) / 2.0))
 }
 
-/// Splits every triangle into four.
+/// Subdivides every triangle into four.
 pub(super) fn subdivide(model: &mut Builder, surface: Surface) {
     let coarse = std::mem::take(&mut model.triangles);
     let part_of = std::mem::take(&mut model.part_of);

@@ -1,30 +1,31 @@
-//! A batch: all directions of one slope, in one tile of the grid.
+//! A batch: all directions of one slope b, in one tile of the grid.
 
-use super::counters::{Layout, MOST_PLACES, Tile};
-use super::crossings::{AT_ONCE, Batch, Edges, Row};
-use super::frame::{Frame, LANES};
-use super::instructions::{Vectors, Work};
+use super::counters::{Layout, MAX_GROUP_COUNTERS, Tile};
+use super::crossings::{Batch, EDGE_CHUNK, EdgeBuffer, SilhouetteChunk};
+use super::frame::{AxisFrame, LANES};
+use super::instructions::{Simd, SimdKernel};
 use super::levels::Levels;
-use super::pass::Pass;
-use super::silhouettes::{Facing, Sides};
-use super::steps::{Bytes, Steps, Taken};
+use super::pass::SweepPass;
+use super::silhouettes::{EdgeFacing, FacingInterval};
+use super::steps::{ByteCounters, DeltaBuffer, GroupCounters};
 use super::summation::{self, Mask};
-use super::sums::Sums;
+use super::sums::TileMoments;
 
-/// A batch, in one tile.
-pub(super) struct BatchWork<'a> {
-    pub pass: &'a Pass<'a>,
+/// The work of one batch in one tile, compiled for each SIMD level.
+pub(super) struct BatchKernel<'a> {
+    pub pass: &'a SweepPass<'a>,
     pub tile: &'a Tile,
-    /// From the pass's first.
+    /// The texel row, counted from the pass's first.
     pub row: usize,
     pub workspace: &'a mut Workspace,
 }
 
-impl Work for BatchWork<'_> {
+impl SimdKernel for BatchKernel<'_> {
     #[inline(always)]
-    fn run<V: Vectors>(mut self, vectors: V) {
+    fn run<S: Simd>(mut self, simd: S) {
         let pass = self.pass;
         let b = pass.first_row + self.row as u32;
+        // The plane offsets of the rows depend on b alone, so one set of levels serves the batch.
         let levels = Levels::new(pass.frame, self.tile, b);
         let slopes: Vec<_> = (0..pass.frame.blocks())
             .map(|block| pass.frame.slopes(block))
@@ -39,165 +40,170 @@ impl Work for BatchWork<'_> {
             slopes: &slopes,
         };
         let layout = Layout::new(pass.frame);
-        self.workspace.steps.start(layout, self.tile);
-        self.rank(vectors, &levels);
-        self.count_pairs(vectors, &batch);
-        self.count_lone(vectors, &batch);
-        self.count_piercings(&batch);
-        self.sum(vectors, layout);
+        self.workspace.deltas.reset(layout, self.tile);
+        self.rank(simd, &levels);
+        self.count_interior_edges(simd, &batch);
+        self.count_boundary_edges(simd, &batch);
+        self.count_row_hits(&batch);
+        self.sum(simd, layout);
     }
 }
 
-impl BatchWork<'_> {
+impl BatchKernel<'_> {
     #[inline(always)]
-    fn rank<V: Vectors>(&mut self, vectors: V, levels: &Levels) {
-        let Frame { v, w, .. } = *self.pass.frame;
+    fn rank<S: Simd>(&mut self, simd: S, levels: &Levels) {
+        let AxisFrame { v, w, .. } = *self.pass.frame;
         let by_axis = &self.pass.job.vertices.by_axis;
         let ranks = &mut self.workspace.ranks;
         ranks.resize(by_axis[v].len(), 0);
-        vectors.ranks(levels, &by_axis[v], &by_axis[w], ranks);
+        simd.ranks(levels, &by_axis[v], &by_axis[w], ranks);
     }
 
-    /// Silhouettes of two triangles that cross a level: two layers more or fewer.
+    /// Counts interior edges that are silhouettes and cross a level: two layers more or fewer each.
     #[inline(always)]
-    fn count_pairs<V: Vectors>(&mut self, vectors: V, batch: &Batch<'_>) {
+    fn count_interior_edges<S: Simd>(&mut self, simd: S, batch: &Batch<'_>) {
         for lists in &self.pass.silhouettes.lists {
             let list = &lists[self.row];
             let mut first = 0;
-            while first < list.sides.len() {
-                self.make_room(vectors, batch, 2);
+            while first < list.facings.len() {
+                self.reserve_edges(simd, batch, 2);
                 let Workspace { edges, ranks, .. } = &mut *self.workspace;
-                let (row, next) = Row::new(list, first, ranks);
-                vectors.collect(&row, edges);
+                let (chunk, next) = SilhouetteChunk::new(list, first, ranks);
+                simd.collect(&chunk, edges);
                 first = next;
             }
         }
-        self.count_collected(vectors, batch, 2);
+        self.flush_edges(simd, batch, 2);
     }
 
-    /// Edges of one triangle that cross a level: always a layer more or fewer.
+    /// Counts boundary edges that cross a level: always one layer more or fewer each.
     #[inline(always)]
-    fn count_lone<V: Vectors>(&mut self, vectors: V, batch: &Batch<'_>) {
+    fn count_boundary_edges<S: Simd>(&mut self, simd: S, batch: &Batch<'_>) {
         let (facings, row) = (&self.pass.silhouettes.facings, self.row);
-        for some in self.pass.job.mesh.lone_edges().chunks(AT_ONCE) {
-            self.make_room(vectors, batch, 1);
+        for chunk in self.pass.job.mesh.lone_edges().chunks(EDGE_CHUNK) {
+            self.reserve_edges(simd, batch, 1);
             let Workspace { edges, ranks, .. } = &mut *self.workspace;
-            for edge in some {
-                let side = facings[edge.side.triangle()][row].along(edge.side);
-                edges.push(edge.vertices, ranks, Sides::new(side, side));
+            for edge in chunk {
+                let facing = facings[edge.side.triangle()][row].oriented(edge.side);
+                edges.push(edge.vertices, ranks, EdgeFacing::new(facing, facing));
             }
         }
-        self.count_collected(vectors, batch, 1);
+        self.flush_edges(simd, batch, 1);
     }
 
     #[inline(always)]
-    fn make_room<V: Vectors>(&mut self, vectors: V, batch: &Batch<'_>, unit: i8) {
-        if !self.workspace.edges.has_room(AT_ONCE) {
-            self.count_collected(vectors, batch, unit);
+    fn reserve_edges<S: Simd>(&mut self, simd: S, batch: &Batch<'_>, unit: i8) {
+        if !self.workspace.edges.has_capacity(EDGE_CHUNK) {
+            self.flush_edges(simd, batch, unit);
         }
     }
 
     #[inline(always)]
-    fn count_collected<V: Vectors>(&mut self, vectors: V, batch: &Batch<'_>, unit: i8) {
-        let Workspace { edges, steps, .. } = &mut *self.workspace;
-        vectors.count(batch, edges, unit, steps);
+    fn flush_edges<S: Simd>(&mut self, simd: S, batch: &Batch<'_>, unit: i8) {
+        let Workspace { edges, deltas, .. } = &mut *self.workspace;
+        simd.count(batch, edges, unit, deltas);
         edges.n = 0;
     }
 
     #[inline(always)]
-    fn count_piercings(&mut self, batch: &Batch<'_>) {
+    fn count_row_hits(&mut self, batch: &Batch<'_>) {
         let pass = self.pass;
-        let Workspace { ranks, steps, .. } = &mut *self.workspace;
-        let facing =
-            |triangle: u32| -> Facing { pass.silhouettes.facings[triangle as usize][self.row] };
+        let Workspace { ranks, deltas, .. } = &mut *self.workspace;
+        let facing = |triangle: u32| -> FacingInterval {
+            pass.silhouettes.facings[triangle as usize][self.row]
+        };
         let corners = |triangle: u32| {
             let vertices = pass.job.mesh.triangles()[triangle as usize];
             vertices.map(|vertex| (vertex, batch.end(vertex, ranks[vertex as usize])))
         };
-        pass.piercings
-            .count(batch, self.tile, facing, corners, steps);
+        pass.row_hits
+            .accumulate(batch, self.tile, facing, corners, deltas);
     }
 
-    /// Adds the batch's texels to the sums of the tile.
+    /// Adds the batch's texels to the moments of the tile.
     #[inline(always)]
-    fn sum<V: Vectors>(&mut self, vectors: V, layout: Layout) {
+    fn sum<S: Simd>(&mut self, simd: S, layout: Layout) {
         let pass = self.pass;
         let b = pass.first_row + self.row as u32;
-        let shares: Vec<_> = (0..pass.frame.blocks())
-            .map(|block| summation::texels(pass.job.texels, pass.frame, b, block))
-            .map(|texels| vectors.shares(&texels))
+        let lookups: Vec<_> = (0..pass.frame.blocks())
+            .map(|block| summation::block_texels(pass.job.texels, pass.frame, b, block))
+            .map(|texels| simd.mask_lookup(&texels))
             .collect();
-        self.workspace.sums.of_tile(pass.frame, self.tile);
-        // Nobody writes those beyond the row's end.
+        self.workspace.moments.reserve_tile(pass.frame, self.tile);
+        // Masks beyond the row's end stay zero: nothing writes them.
         let n_masks = (layout.n_u as usize).next_multiple_of(LANES);
         self.workspace.masks.clear();
         self.workspace.masks.resize(n_masks, 0);
         for group in 0..layout.groups(self.tile) {
             let Workspace {
-                steps, counters, ..
+                deltas, counters, ..
             } = &mut *self.workspace;
             let first = group << layout.shift;
             let strips = first..(first + (1 << layout.shift)).min(layout.strips(self.tile));
-            match steps.take(group, counters) {
-                Taken::Nothing => {}
-                Taken::Narrow => {
+            match deltas.accumulate(group, counters) {
+                GroupCounters::Empty => {}
+                // Running sums are tried in bytes first; a strip that saturates is summed again in
+                // 32 bits.
+                GroupCounters::Narrow => {
                     for (idx, strip) in strips.enumerate() {
                         let Workspace {
                             counters, masks, ..
                         } = &mut *self.workspace;
                         let counters = &mut counters[idx * layout.strip()..][..layout.strip()];
                         if !summation::is_zero(counters) {
-                            if vectors.narrow_masks(counters, masks) {
+                            if simd.narrow_masks(counters, masks) {
                                 summation::masks(counters, masks);
                             }
                             counters.fill(0);
-                            self.add(vectors, strip, &shares);
+                            self.accumulate(simd, strip, &lookups);
                         }
                     }
                 }
-                Taken::Wide(counters) => {
+                GroupCounters::Wide(counters) => {
                     for (strip, counters) in strips.zip(counters.chunks_exact(layout.strip())) {
                         summation::masks(counters, &mut self.workspace.masks);
-                        self.add(vectors, strip, &shares);
+                        self.accumulate(simd, strip, &lookups);
                     }
                 }
             }
         }
     }
 
-    /// Adds to the cells of a strip what their masks say.
+    /// Adds the texels of a strip's masks to the moments of its cells.
     #[inline(always)]
-    fn add<V: Vectors>(&mut self, vectors: V, strip: usize, shares: &[V::Shares]) {
-        let (row, block) = (strip / shares.len(), strip % shares.len());
-        let Workspace { masks, sums, .. } = &mut *self.workspace;
-        vectors.add(&shares[block], masks, sums.row(row));
+    fn accumulate<S: Simd>(&mut self, simd: S, strip: usize, lookups: &[S::Lookup]) {
+        let (row, block) = (strip / lookups.len(), strip % lookups.len());
+        let Workspace { masks, moments, .. } = &mut *self.workspace;
+        simd.accumulate(&lookups[block], masks, moments.row(row));
         let b = self.pass.first_row + self.row as u32;
-        self.pass.keep_bits(self.tile, (row, b, block), masks);
+        self.pass.record_bits(self.tile, (row, b, block), masks);
     }
 }
 
-/// What a thread needs for itself.
+/// The buffers of one thread.
 pub(super) struct Workspace {
     ranks: Vec<i32>,
-    edges: Edges,
-    steps: Steps,
+    edges: EdgeBuffer,
+    deltas: DeltaBuffer,
     /// All zero between groups.
-    counters: Box<Bytes>,
+    counters: Box<ByteCounters>,
     masks: Vec<Mask>,
-    /// Of the cells of a tile: all zero between tiles.
-    pub sums: Sums,
+    /// The moments of a tile's cells: all zero between tiles.
+    pub moments: TileMoments,
 }
 
 impl Default for Workspace {
     fn default() -> Self {
-        let counters = vec![0; MOST_PLACES].into_boxed_slice();
+        let counters = vec![0; MAX_GROUP_COUNTERS].into_boxed_slice();
         Self {
             ranks: Vec::new(),
-            edges: Edges::default(),
-            steps: Steps::default(),
-            counters: counters.try_into().expect("it has this length"),
+            edges: EdgeBuffer::default(),
+            deltas: DeltaBuffer::default(),
+            counters: counters
+                .try_into()
+                .expect("the length is MAX_GROUP_COUNTERS"),
             masks: Vec::new(),
-            sums: Sums::default(),
+            moments: TileMoments::default(),
         }
     }
 }

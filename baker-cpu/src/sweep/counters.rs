@@ -1,28 +1,29 @@
-//! How many layers of surface lie ahead: counters that are differences along a row of cells.
+//! Layer counters: differences, along a row of cells, of the number of surface layers ahead.
 
 use std::ops::Range;
 
-use super::frame::{Frame, LANES};
+use super::frame::{AxisFrame, LANES};
 
-/// Above and below the row.
+/// The sides of a row: above and below.
 pub(super) const SIDES: usize = 2;
 
-/// The counters of one column: [`SIDES`] × [`LANES`] next to each other.
+/// The counters of one column: [`SIDES`] × [`LANES`], contiguous.
 pub(super) const COLUMN: usize = SIDES * LANES;
 
-/// Counters of a group, as bytes: small enough to stay in a core's first cache.
-const GROUP: usize = 1 << 15;
+/// The target size of a group, in one-byte counters: small enough to stay in the L1 cache.
+const GROUP_COUNTERS: usize = 1 << 15;
 
-/// The most counters of a group: those of the longest row. A step names one in 16 bits.
-pub(super) const MOST_PLACES: usize = 1 << 16;
+/// The maximum number of counters in a group: those of the longest row. A delta addresses its
+/// counter with 16 bits.
+pub(super) const MAX_GROUP_COUNTERS: usize = 1 << 16;
 
-/// The most groups of a tile, each of which has a buffer of steps.
-const MOST_GROUPS: usize = 128;
+/// The maximum number of groups in a tile; each has its own delta buffer.
+const MAX_TILE_GROUPS: usize = 128;
 
-/// The most values of k in a tile: ranks of levels are found among so many.
-pub(super) const MOST_LAYERS: u32 = 32;
+/// The maximum number of k values in a tile: the rank of a level is found among as many fractions.
+pub(super) const MAX_TILE_DEPTH: u32 = 32;
 
-/// Some rows of cells: all (j, k) of two ranges, each with all its cells.
+/// A block of rows of cells: all (j, k) of two ranges, each row with all its cells.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Tile {
     pub j: Range<u32>,
@@ -30,13 +31,14 @@ pub(super) struct Tile {
 }
 
 impl Tile {
-    /// Divides the rows of a grid.
-    pub(super) fn all(frame: &Frame) -> Vec<Self> {
+    /// Returns tiles that cover every row of the grid once.
+    pub(super) fn all(frame: &AxisFrame) -> Vec<Self> {
         let [_, n_v, n_w] = frame.n;
         let layout = Layout::new(frame);
-        let most_rows = ((MOST_GROUPS << layout.shift) as u32 / layout.blocks).max(1);
-        let layers = (most_rows / n_v).clamp(1, MOST_LAYERS.min(n_w));
-        let width = most_rows.clamp(1, n_v);
+        let max_rows = ((MAX_TILE_GROUPS << layout.shift) as u32 / layout.blocks).max(1);
+        // Whole layers of rows first; if not even one fits, part of a layer.
+        let layers = (max_rows / n_v).clamp(1, MAX_TILE_DEPTH.min(n_w));
+        let width = max_rows.clamp(1, n_v);
         let ranges = |n: u32, step: u32| {
             let starts = (0..n).step_by(step as usize);
             starts.map(move |start| start..(start + step).min(n))
@@ -50,7 +52,7 @@ impl Tile {
         self.j.len() * self.k.len()
     }
 
-    /// The row's number in the tile; none if it is outside.
+    /// Returns the row's index in the tile, or `None` if the row is outside.
     #[inline(always)]
     pub(super) fn row(&self, j: u32, k: u32) -> Option<u32> {
         let (j, k) = (j.wrapping_sub(self.j.start), k.wrapping_sub(self.k.start));
@@ -59,8 +61,8 @@ impl Tile {
     }
 }
 
-/// Where a counter is. A *strip* has the counters of one row and one block of directions,
-/// column by column. 2^shift strips are a *group*, of which one at a time is counted.
+/// The memory layout of the counters. A *strip* has the counters of one row and one block of
+/// directions, column by column. 2^shift strips form a *group*; one group is counted at a time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layout {
     pub n_u: u32,
@@ -69,9 +71,9 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub(super) fn new(frame: &Frame) -> Self {
+    pub(super) fn new(frame: &AxisFrame) -> Self {
         let n_u = frame.n[0];
-        let strips = (GROUP / (n_u as usize * COLUMN)).max(1);
+        let strips = (GROUP_COUNTERS / (n_u as usize * COLUMN)).max(1);
         Self {
             n_u,
             blocks: frame.blocks() as u32,
@@ -79,12 +81,12 @@ impl Layout {
         }
     }
 
-    /// Counters of a strip.
+    /// Returns the number of counters in a strip.
     pub(super) fn strip(self) -> usize {
         self.n_u as usize * COLUMN
     }
 
-    /// Counters of a group.
+    /// Returns the number of counters in a group.
     pub(super) fn group(self) -> usize {
         self.strip() << self.shift
     }
@@ -97,9 +99,9 @@ impl Layout {
         tile.rows() * self.blocks as usize
     }
 
-    /// The group of a row's block, and the first of its places there.
+    /// Returns the group of a row's block, and the slot of its first counter in the group.
     #[inline(always)]
-    pub(super) fn place(self, row: u32, block: u32) -> (usize, u32) {
+    pub(super) fn first_slot(self, row: u32, block: u32) -> (usize, u32) {
         let strip = row * self.blocks + block;
         let within = strip & ((1 << self.shift) - 1);
         let first = within * self.n_u * COLUMN as u32;
@@ -107,9 +109,9 @@ impl Layout {
     }
 }
 
-/// What counts layers.
+/// An integer type that counts layers.
 pub(super) trait Counter: Copy + Default + Eq + Into<i32> {
-    /// Adds; whether the result did not fit.
+    /// Adds `delta`; returns whether the result overflowed.
     fn add(&mut self, delta: i8) -> bool;
 }
 
@@ -123,7 +125,8 @@ impl Counter for i8 {
 }
 
 impl Counter for i32 {
-    /// Two for each edge at most, and there are fewer than 2³⁰ in a mesh that fits a machine.
+    /// Adds without overflow: each edge adds two at most, and a mesh that fits in memory has
+    /// fewer than 2³⁰ edges.
     #[inline(always)]
     fn add(&mut self, delta: i8) -> bool {
         *self += i32::from(delta);
@@ -135,8 +138,8 @@ impl Counter for i32 {
 mod tests {
     use super::*;
 
-    fn frame(n: [u32; 3], size: u32) -> Frame {
-        Frame {
+    fn frame(n: [u32; 3], size: u32) -> AxisFrame {
+        AxisFrame {
             u: 0,
             v: 1,
             w: 2,
@@ -160,7 +163,7 @@ mod tests {
             let mut seen = vec![0; (n[1] * n[2]) as usize];
             for tile in &tiles {
                 assert!(tile.k.len() <= 32);
-                assert!(Layout::new(&frame).groups(tile) <= MOST_GROUPS);
+                assert!(Layout::new(&frame).groups(tile) <= MAX_TILE_GROUPS);
                 for k in tile.k.clone() {
                     for j in tile.j.clone() {
                         seen[(k * n[1] + j) as usize] += 1;
@@ -175,16 +178,16 @@ mod tests {
     }
 
     #[test]
-    fn every_counter_of_a_group_has_a_place_of_its_own() {
+    fn counters_of_a_group_have_distinct_slots() {
         for (n, size) in [([32; 3], 16), ([8, 9, 10], 72), ([2048, 2, 2], 40)] {
             let layout = Layout::new(&frame(n, size));
-            assert!(layout.group() <= MOST_PLACES, "{n:?}");
-            let mut places = Vec::new();
+            assert!(layout.group() <= MAX_GROUP_COUNTERS, "{n:?}");
+            let mut slots = Vec::new();
             for row in 0..n[1] * n[2] {
-                places.extend((0..layout.blocks).map(|block| layout.place(row, block)));
+                slots.extend((0..layout.blocks).map(|block| layout.first_slot(row, block)));
             }
             let strips = 1 << layout.shift;
-            for (strip, (group, first)) in places.into_iter().enumerate() {
+            for (strip, (group, first)) in slots.into_iter().enumerate() {
                 assert_eq!(group, strip / strips);
                 assert_eq!(first as usize, strip % strips * layout.strip());
             }

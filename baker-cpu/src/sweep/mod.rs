@@ -1,66 +1,66 @@
-//! The direction sweep: the six faces of all cells at once, one direction at a time.
+//! The direction sweep: bakes the six faces of all cells together, one direction at a time.
 //!
 //! # Theory
 //!
-//! Casting rays asks for each cell: which of my directions meet the mesh? But all cells share
-//! their directions, so one may as well ask for each direction d: which cells see the mesh?
-//! Rays of one direction are parallel, and what lies ahead along parallel rays only changes
-//! where one of them passes a *silhouette*. Counting silhouettes along a row of cells gives
-//! the answer for all its cells: exactly, without a ray or a hierarchy, at a cost that grows
-//! with the length of silhouettes and not with the number of cells times directions.
+//! Ray casting asks of each cell which of its directions meet the mesh. All cells share their
+//! directions, so one may as well ask of each direction d which cells see the mesh along it.
+//! The rays of one direction are parallel, and the surface ahead of parallel rays changes only
+//! where a ray passes a *silhouette*. Counting silhouettes along a row of cells therefore gives
+//! the answer for all its cells: exactly, without rays or a hierarchy, at a cost that grows
+//! with the length of the silhouettes and not with the number of cells times directions.
 //!
 //! Choose an axis w; d = (a, b, 1) in the frame (u, v, w). Rows of cells run along u. The rays
 //! of one row, for every a, lie in one plane, which cuts the mesh in a curve:
 //!
 //! ```text
-//!   height                 d          the curve's points where it turns back as seen
-//!    above  ,--A---.      /           along d are its silhouettes, A and B. Seen along d
-//!     the   |       '.   /            each falls on a place in the row, at c(A), c(B): from
-//!     row    \        B /             the first cell right of c(A) on there are two layers
-//!             '--.___/ /              more ahead, from the first right of c(B) on two fewer.
+//!   height                 d          A and B are the silhouettes: the points where the
+//!    above  ,--A---.      /           curve turns back as seen along d. Seen along d, each
+//!     the   |       '.   /            projects to a point of the row, c(A) and c(B). The
+//!     row    \        B /             first cell right of c(A) has two more layers ahead,
+//!             '--.___/ /              the first cell right of c(B) two fewer.
 //!   ··o····o····o·+··o···+o····o···   cells of the row; + is c(A), c(B)
 //!     0    0    0 ↑  2   ↑0    0      running sum of +2 and −2: layers ahead of each cell
 //! ```
 //!
 //! A cell is occluded in direction d if the sum is not 0. Silhouettes below the row count the
-//! same way for −d: two sums a row. And where the row itself enters the mesh, a layer changes
-//! from one side of the row to the other: the *piercings*.
+//! same way for −d, so a row has two sums. Where the row itself meets the mesh, at a *row hit*,
+//! a layer moves from one side of the row to the other.
 //!
-//! 1. **Batches.** An axis w and a slope b: the `size` directions (a, b, 1) and their opposites.
-//!    All share the rows' planes. 3 × `size` batches are the work of threads.
+//! 1. **Batches.** A batch is an axis w and a slope b: the `size` directions (a, b, 1) and their
+//!    opposites. All share the planes of the rows. Threads take the 3 × `size` batches in turn.
 //! 2. **[Levels](levels).** Row (j, k) lies in the plane V − b·W = j − k·b. Each vertex gets a
 //!    rank among these planes; an edge crosses exactly those between the ranks of its ends.
-//! 3. **[Silhouettes](silhouettes).** A triangle faces d or not, sign(n·d). Each of its edges,
-//!    by itself, begins or ends a layer there. Two triangles at an edge cancel unless the one
-//!    faces d and the other does not. Nothing here asks for a closed mesh or for consistent
-//!    winding: the sum over half-edges is right for any triangles, they only cancel less.
+//! 3. **[Silhouettes](silhouettes).** A triangle faces d or not, by sign(n·d). Each of its edges,
+//!    on its own, begins or ends a layer there. The two triangles of an edge cancel unless one
+//!    faces d and the other does not. None of this requires a closed mesh or consistent winding:
+//!    the sum over half-edges is right for any triangles, only fewer edges cancel.
 //! 4. **[Crossings](crossings).** An edge crosses a level at one point, shared by all
-//!    directions of the batch; the first cell that it matters to is ⌈u − height·a⌉.
-//! 5. **[Piercings](piercings)**, found once an axis in exact integers.
-//! 6. **[Summation](summation)** along the row, and into the cells' moments.
+//!    directions of the batch; the first cell that it affects is ⌈u − height·a⌉.
+//! 5. **[Row hits](piercings)** are found once per axis, in exact integers.
+//! 6. **[Summation](summation)** runs along the row and adds to the cells' moments.
 //!
-//! Why no row ends up with a layer that never closes, a *streak*: a triangle crosses a level
-//! with two edges or none, because it has three vertices and each has one rank; the two add
-//! opposite steps, because the triangle has one facing; and if they are on different sides of
-//! the row, there is a piercing between them. So steps always cancel by the end of the row,
-//! whatever is rounded how; rounding moves a step by a cell at the most. The one question with
-//! two askers is on which side of the row an edge passes: crossings ask for the edge, piercings
-//! for the triangle. Piercings know the answer in exact integers unless the row's line passes
-//! so close to an edge that rounding could matter; then they ask the crossings' own expression.
+//! No row ends with a layer that never closes, a *streak*. A triangle crosses a level with two
+//! edges or none, because it has three vertices and each has one rank. The two edges add opposite
+//! deltas, because the triangle has one facing. If they are on different sides of the row, there
+//! is a row hit between them. Deltas therefore always cancel by the end of the row, however values
+//! are rounded; rounding moves a delta by one cell at most. Crossings and row hits must agree on
+//! which side of the row an edge passes. Row hits decide it in exact integers unless the row's
+//! line passes so close to an edge that rounding could matter; then they evaluate the same
+//! expression as the crossings.
 //!
-//! Columns are found in single floats twice, from a little before the crossing and from a little
-//! behind it. Where the two differ, double precision decides, as it does for rays: what is left is
-//! a ray that passes an edge more closely than doubles tell, or a row that a vertex touches. See
-//! also the limits of a [`PreparedMesh`].
+//! Columns are computed in single precision twice, from slightly before the crossing and from
+//! slightly behind it. If the two differ, double precision decides, as it does for rays. The
+//! remaining errors are rays that pass an edge more closely than doubles can resolve, and rows
+//! that touch a vertex. See also the limits of a [`PreparedMesh`].
 //!
 //! # Practice
 //!
-//! A [`Sweeper`] owns the buffers and is kept between bakes. Moments are sums of integers
-//! ([`FaceSums`](aogrid_bake_core::FaceSums)), so that neither threads nor tiles nor instructions change a bit of them.
-//! Crossings come in the order of edges, all over the grid: their [steps] are kept by groups of
-//! rows, and each group is counted and summed while it is in a core's first cache. Counters are
-//! bytes; one that is too small for its layers is noticed, and its group is counted again in 32
-//! bits. [Instructions](instructions) says what is done for wide registers.
+//! A [`Sweeper`] owns the buffers and is kept between bakes. Moments are integer sums
+//! ([`FaceSums`](aogrid_bake_core::FaceSums)), so neither threads nor tiles nor SIMD levels
+//! change a bit of them. Crossings arrive in the order of edges, all over the grid: their
+//! [deltas](steps) are buffered by groups of rows, and each group is counted and summed while it
+//! is in the L1 cache. Counters are bytes; an overflow is detected, and the group is counted
+//! again in 32 bits. The [SIMD levels](instructions) describe the code for wide registers.
 
 mod batch;
 mod counters;
@@ -85,33 +85,33 @@ use rayon::prelude::*;
 use crate::BakeError;
 use batch::Workspace;
 use counters::Tile;
-use frame::Frame;
-use instructions::Instructions;
-use pass::{Job, Pass};
-use piercings::Piercings;
+use frame::AxisFrame;
+use instructions::SimdLevel;
+use pass::{SweepJob, SweepPass};
+use piercings::RowHits;
 use silhouettes::Silhouettes;
-use sums::Totals;
+use sums::GridMoments;
 
-/// Bakes faces by the direction sweep, again and again with the same buffers.
+/// Bakes cube faces by the direction sweep; buffers are reused from bake to bake.
 pub struct Sweeper {
-    instructions: Instructions,
-    /// Of the last face size.
+    simd_level: SimdLevel,
+    /// The texels of the last face size.
     texels: Vec<FixedTexel>,
-    vertices: Vertices,
+    vertices: VertexPositions,
     silhouettes: [Silhouettes; 3],
     workspaces: Mutex<Vec<Workspace>>,
-    totals: Mutex<Totals>,
+    grid_moments: Mutex<GridMoments>,
 }
 
-/// Positions in cells, twice: by vertex for edges, which jump from vertex to vertex, and by axis
-/// for ranks, which take one after the other.
+/// Vertex positions in cells, stored twice: per vertex for edges, which access vertices at random,
+/// and per axis for ranks, which read them in sequence.
 #[derive(Default)]
-struct Vertices {
+struct VertexPositions {
     positions: Vec<[f32; 3]>,
     by_axis: [Vec<f32>; 3],
 }
 
-impl Vertices {
+impl VertexPositions {
     fn fill(&mut self, mesh: &PreparedMesh) {
         let in_cells = |p: &[i32; 3]| p.map(|v| mesh.lattice().in_cells(v));
         mesh.vertices()
@@ -136,37 +136,40 @@ impl Default for Sweeper {
 }
 
 impl Sweeper {
-    /// Without buffers yet; with the best instructions that the machine has.
+    /// Returns a sweeper without buffers, for the best SIMD level of this machine.
     pub fn new() -> Self {
-        Self::with(Instructions::available()[0])
+        Self::with(SimdLevel::available()[0])
     }
 
-    /// The sets of instructions that this machine has and the sweep knows, the best first:
-    /// `avx512`, `avx2`, and always `portable`. All give the same bits.
+    /// Returns the SIMD levels that this machine has and the sweep supports, the best first:
+    /// `avx512`, `avx2`, and always `portable`. All give bit-identical results.
     pub fn instruction_sets() -> Vec<&'static str> {
-        let sets = Instructions::available().into_iter();
-        sets.map(Instructions::name).collect()
+        let levels = SimdLevel::available().into_iter();
+        levels.map(SimdLevel::name).collect()
     }
 
-    /// With one of [`Sweeper::instruction_sets`], to compare them; none if it is no such.
+    /// Returns a sweeper for one of [`Sweeper::instruction_sets`], to compare them; `None` if this
+    /// machine has no SIMD level of that name.
     pub fn with_instructions(name: &str) -> Option<Self> {
-        let mut sets = Instructions::available().into_iter();
-        sets.find(|set| set.name() == name).map(Self::with)
+        let mut levels = SimdLevel::available().into_iter();
+        levels.find(|level| level.name() == name).map(Self::with)
     }
 
-    fn with(instructions: Instructions) -> Self {
+    fn with(simd_level: SimdLevel) -> Self {
         Self {
-            instructions,
+            simd_level,
             texels: Vec::new(),
-            vertices: Vertices::default(),
+            vertices: VertexPositions::default(),
             silhouettes: Default::default(),
             workspaces: Mutex::default(),
-            totals: Mutex::default(),
+            grid_moments: Mutex::default(),
         }
     }
 
     /// Bakes six faces of `size` × `size` texels around every cell of the mesh's grid, on all
-    /// threads; without its signed layers, which are [the mesh's](PreparedMesh::signed_layers). The same input gives the same bits, for any number of threads.
+    /// threads. The result has no signed layers; those are [the
+    /// mesh's](PreparedMesh::signed_layers). The same input gives the same bits for any number of
+    /// threads.
     ///
     /// # Errors
     ///
@@ -180,11 +183,12 @@ impl Sweeper {
         self.run(mesh, size, None, observer)
     }
 
-    /// [`Sweeper::bake`], and the faces themselves: `size`² · 6 bits a cell.
+    /// Bakes as [`Sweeper::bake`] does and also returns the faces themselves: `size`² · 6 bits a
+    /// cell.
     ///
     /// # Errors
     ///
-    /// As [`Sweeper::bake`].
+    /// The same as [`Sweeper::bake`].
     pub fn bake_with_bits(
         &mut self,
         mesh: &PreparedMesh,
@@ -206,8 +210,7 @@ impl Sweeper {
         if !FACE_SIZES.contains(&size) {
             return Err(aogrid_bake_core::OptionsError::FaceSize(size).into());
         }
-        // From here on in the pool: each loop over all threads that is begun outside of it has
-        // to wake one first.
+        // Enter the thread pool once: each parallel loop started from outside has to wake a worker.
         rayon::scope(|_| self.sweep(mesh, size, bits, observer))
     }
 
@@ -223,24 +226,25 @@ impl Sweeper {
             self.texels = fixed_texels(size);
         }
         self.vertices.fill(mesh);
-        let totals = self.totals.get_mut().expect("no thread has panicked");
-        totals.start(mesh.spec().resolution());
-        let job = Job {
+        let grid_moments = self.grid_moments.get_mut().expect("no thread has panicked");
+        grid_moments.reset(mesh.spec().resolution());
+        let job = SweepJob {
             mesh,
-            instructions: self.instructions.fitting(mesh),
+            simd_level: self.simd_level.supported_for(mesh),
             size,
             texels: &self.texels,
             vertices: &self.vertices,
             workspaces: &self.workspaces,
-            totals: &self.totals,
+            grid_moments: &self.grid_moments,
             bits,
             observer,
             done: AtomicUsize::new(0),
             cancelled: AtomicBool::new(false),
         };
         run(&job, &mut self.silhouettes)?;
-        let totals = self.totals.get_mut().expect("no thread has panicked");
-        let (moments, counts) = totals.moments(directions);
+        // Integer sums are converted to moments only once all passes are done.
+        let grid_moments = self.grid_moments.get_mut().expect("no thread has panicked");
+        let (moments, counts) = grid_moments.moments(directions);
         Ok(RawGrid {
             spec: *mesh.spec(),
             moments,
@@ -251,38 +255,41 @@ impl Sweeper {
     }
 }
 
-/// Edges up to which several passes are run at once, so that threads wait for each other less
-/// often. Those of larger meshes take their time, and their silhouettes much memory.
-const FEW_EDGES: usize = 1 << 19;
+/// The largest number of edges for which several passes run in parallel, so that threads wait for
+/// each other less often. Larger meshes keep all threads busy within one pass, and their
+/// silhouettes take much memory.
+const MAX_EDGES_FOR_PARALLEL_PASSES: usize = 1 << 19;
 
-/// All passes: three, or as many at once as there are buffers for silhouettes.
-fn run(job: &Job<'_>, silhouettes: &mut [Silhouettes; 3]) -> Result<(), BakeError> {
-    let frames = [0, 1, 2].map(|w| Frame::new(job.mesh, w, job.size));
-    let piercings = Piercings::all(job.mesh, &frames);
-    let axes = || frames.iter().zip(&piercings);
-    let passes: Vec<_> = Pass::rows(job.size)
+/// Runs all passes: one at a time, or as many in parallel as there are silhouette buffers.
+fn run(job: &SweepJob<'_>, silhouettes: &mut [Silhouettes; 3]) -> Result<(), BakeError> {
+    let frames = [0, 1, 2].map(|w| AxisFrame::new(job.mesh, w, job.size));
+    let row_hits = RowHits::all(job.mesh, &frames);
+    let axes = || frames.iter().zip(&row_hits);
+    let passes: Vec<_> = SweepPass::rows(job.size)
         .flat_map(|rows| axes().map(move |axis| (axis, rows)))
         .collect();
-    let few = job.mesh.edges().len() <= FEW_EDGES;
-    let at_once = if few { silhouettes.len() } else { 1 };
-    for some in passes.chunks(at_once) {
-        let passes: Vec<_> = some
+    let run_in_parallel = job.mesh.edges().len() <= MAX_EDGES_FOR_PARALLEL_PASSES;
+    let n_parallel = if run_in_parallel {
+        silhouettes.len()
+    } else {
+        1
+    };
+    for chunk in passes.chunks(n_parallel) {
+        let passes: Vec<_> = chunk
             .par_iter()
             .zip(&mut silhouettes[..])
-            .map(
-                |(&((frame, piercings), (first_row, n_rows)), silhouettes)| {
-                    silhouettes.find(job, frame, first_row, n_rows);
-                    Pass {
-                        job,
-                        frame,
-                        piercings,
-                        tiles: Tile::all(frame),
-                        first_row,
-                        n_rows,
-                        silhouettes,
-                    }
-                },
-            )
+            .map(|(&((frame, row_hits), (first_row, n_rows)), silhouettes)| {
+                silhouettes.find(job, frame, first_row, n_rows);
+                SweepPass {
+                    job,
+                    frame,
+                    row_hits,
+                    tiles: Tile::all(frame),
+                    first_row,
+                    n_rows,
+                    silhouettes,
+                }
+            })
             .collect();
         job.run(&passes)?;
     }
@@ -297,8 +304,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_set_of_instructions_gives_the_same_bits() {
-        let sets = Instructions::available();
+    fn every_simd_level_gives_the_same_bits() {
+        let levels = SimdLevel::available();
         for (sample, resolution, size) in [
             (Sample::SpaceShip, [16, 12, 33], 16),
             (Sample::Robot, [33, 8, 9], 21),
@@ -310,11 +317,11 @@ mod tests {
             };
             let spec = placement.place(&mesh.bounds()).unwrap();
             let mesh = PreparedMesh::new(&mesh, spec, BakeOptions::SAMPLE_OFFSET).unwrap();
-            let bake = |set| Sweeper::with(set).bake_with_bits(&mesh, size, UNOBSERVED);
-            let portable = bake(sets[sets.len() - 1]).unwrap();
+            let bake = |level| Sweeper::with(level).bake_with_bits(&mesh, size, UNOBSERVED);
+            let portable = bake(levels[levels.len() - 1]).unwrap();
             assert!(portable.0.counts.iter().any(|n| *n > 0));
-            for set in &sets {
-                assert!(bake(*set).unwrap() == portable, "{set:?}");
+            for level in &levels {
+                assert!(bake(*level).unwrap() == portable, "{level:?}");
             }
         }
     }

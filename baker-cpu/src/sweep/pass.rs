@@ -1,4 +1,4 @@
-//! A pass: the batches of one axis and up to sixteen rows of its faces, shared out to threads.
+//! A pass: the batches of one axis and up to sixteen texel rows, distributed over threads.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard};
@@ -6,48 +6,48 @@ use std::sync::{Mutex, MutexGuard};
 use aogrid_bake_core::{FaceBits, FixedTexel, Observer, PreparedMesh, Progress};
 use rayon::prelude::*;
 
-use super::Vertices;
-use super::batch::{BatchWork, Workspace};
+use super::VertexPositions;
+use super::batch::{BatchKernel, Workspace};
 use super::counters::Tile;
-use super::frame::{Frame, LANES};
-use super::instructions::Instructions;
-use super::piercings::Piercings;
+use super::frame::{AxisFrame, LANES};
+use super::instructions::SimdLevel;
+use super::piercings::RowHits;
 use super::silhouettes::Silhouettes;
 use super::summation::{self, Mask};
-use super::sums::Totals;
+use super::sums::GridMoments;
 use crate::BakeError;
 
-/// What all passes of a bake share.
-pub(super) struct Job<'a> {
+/// The data that all passes of a bake share.
+pub(super) struct SweepJob<'a> {
     pub mesh: &'a PreparedMesh,
-    pub instructions: Instructions,
+    pub simd_level: SimdLevel,
     /// Texels along a face's side.
     pub size: u32,
-    /// All of them.
+    /// The texels of all six faces.
     pub texels: &'a [FixedTexel],
-    pub vertices: &'a Vertices,
+    pub vertices: &'a VertexPositions,
     pub workspaces: &'a Mutex<Vec<Workspace>>,
-    pub totals: &'a Mutex<Totals>,
+    pub grid_moments: &'a Mutex<GridMoments>,
     pub bits: Option<&'a Mutex<FaceBits>>,
     pub observer: Observer<'a>,
     pub done: AtomicUsize,
     pub cancelled: AtomicBool,
 }
 
-/// See the [module](self).
-pub(super) struct Pass<'a> {
-    pub job: &'a Job<'a>,
-    pub frame: &'a Frame,
-    pub piercings: &'a Piercings,
+/// A pass: see the [module](self).
+pub(super) struct SweepPass<'a> {
+    pub job: &'a SweepJob<'a>,
+    pub frame: &'a AxisFrame,
+    pub row_hits: &'a RowHits,
     pub tiles: Vec<Tile>,
     pub first_row: u32,
     pub n_rows: usize,
     pub silhouettes: &'a Silhouettes,
 }
 
-impl Job<'_> {
+impl SweepJob<'_> {
     /// Runs some passes on all threads.
-    pub(super) fn run(&self, passes: &[Pass<'_>]) -> Result<(), BakeError> {
+    pub(super) fn run(&self, passes: &[SweepPass<'_>]) -> Result<(), BakeError> {
         let next = AtomicUsize::new(0);
         (0..rayon::current_num_threads())
             .into_par_iter()
@@ -59,22 +59,23 @@ impl Job<'_> {
         }
     }
 
-    /// Takes batches until there are none: tile by tile, so that a thread rarely has to leave
-    /// its tile, which is when it hands over its sums.
-    fn run_batches(&self, passes: &[Pass<'_>], next: &AtomicUsize) {
+    /// Takes batches until none is left. Batches are ordered by tile, so that a thread rarely
+    /// changes tiles, which is when it adds its moments to the grid's.
+    fn run_batches(&self, passes: &[SweepPass<'_>], next: &AtomicUsize) {
         let mut workspace = self.workspaces().pop().unwrap_or_default();
         let tiles = passes
             .iter()
             .flat_map(|pass| pass.tiles.iter().map(move |tile| (pass, tile)));
+        // All threads walk the same list of tiles; the shared counter assigns the batches.
         let mut first = 0;
         let mut batch = next.fetch_add(1, Ordering::Relaxed);
         for (pass, tile) in tiles {
             let end = first + pass.n_rows;
-            let mut has_sums = false;
+            let mut has_moments = false;
             while batch < end {
                 if !self.cancelled.load(Ordering::Relaxed) {
-                    has_sums = true;
-                    self.instructions.run(BatchWork {
+                    has_moments = true;
+                    self.simd_level.run(BatchKernel {
                         pass,
                         tile,
                         row: batch - first,
@@ -84,9 +85,9 @@ impl Job<'_> {
                 }
                 batch = next.fetch_add(1, Ordering::Relaxed);
             }
-            if has_sums {
-                let mut totals = self.totals.lock().expect("no thread has panicked");
-                totals.take(pass.frame, tile, &mut workspace.sums);
+            if has_moments {
+                let mut grid_moments = self.grid_moments.lock().expect("no thread has panicked");
+                grid_moments.accumulate(pass.frame, tile, &mut workspace.moments);
             }
             first = end;
         }
@@ -97,7 +98,7 @@ impl Job<'_> {
         self.workspaces.lock().expect("no thread has panicked")
     }
 
-    fn observe(&self, pass: &Pass<'_>) {
+    fn observe(&self, pass: &SweepPass<'_>) {
         let total = self.mesh.spec().cell_count();
         let batches = 3 * self.size as usize * pass.tiles.len();
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
@@ -109,15 +110,15 @@ impl Job<'_> {
     }
 }
 
-impl<'a> Pass<'a> {
-    /// The passes of an axis: their first rows, and how many rows they have.
+impl<'a> SweepPass<'a> {
+    /// Returns the passes of an axis: the first texel row of each, and its number of rows.
     pub(super) fn rows(size: u32) -> impl Iterator<Item = (u32, usize)> {
         let starts = (0..size).step_by(LANES);
         starts.map(move |first| (first, (size - first).min(LANES as u32) as usize))
     }
 
-    /// Sets the bits that a strip's masks say, if somebody wants them.
-    pub(super) fn keep_bits(
+    /// Records the occluded texels of a strip's masks, if the caller asked for bits.
+    pub(super) fn record_bits(
         &self,
         tile: &Tile,
         (row, b, block): (usize, u32, usize),

@@ -1,5 +1,5 @@
-//! Piercings: where the line of a row itself passes through a triangle, whose layer is above
-//! the row on one side of that point and below on the other.
+//! Row hits: the points where the line of a row meets a triangle. There the triangle's layer
+//! changes from above the row to below it, or back.
 
 use std::ops::Range;
 
@@ -7,22 +7,23 @@ use aogrid_bake_core::PreparedMesh;
 use rayon::prelude::*;
 
 use super::counters::Tile;
-use super::crossings::{Batch, End, Line, first_columns, side};
-use super::frame::{Frame, LANES};
-use super::silhouettes::Facing;
-use super::steps::{Lanes, Steps};
+use super::crossings::{Batch, End, Line, first_columns, row_side};
+use super::frame::{AxisFrame, LANES};
+use super::silhouettes::FacingInterval;
+use super::steps::{DeltaBuffer, LaneDeltas};
 
-/// How near, in cells, a row's line must come to an edge for batches to be asked one by one.
-/// It has to exceed what rounding can do to a vertex's rank, see [`margin`]; more costs time.
-const NEAR: f64 = 1.0 / 1024.0;
+/// The smallest distance, in cells, between a row's line and an edge at which a hit is certain.
+/// Nearer ones are decided batch by batch, which costs time. It has to exceed the effect of
+/// rounding on a vertex's rank, see [`margin`].
+const MIN_MARGIN: f64 = 1.0 / 1024.0;
 
-/// What rounding does to V − b·W, over the largest coordinates: a product and a difference,
-/// half a step of 2⁻²³ each, and as much again for the levels; eight times for safety.
+/// The rounding error of V − b·W, over the largest coordinates: a product and a difference, half a
+/// unit of 2⁻²³ each, and as much again for the levels; eight times that for safety.
 const ROUNDING: f64 = 8.0 / (1 << 22) as f64;
 
-/// A triangle and a row whose line it meets, clear of its edges: so in every batch.
+/// A triangle and a row whose line meets it well away from its edges, and so in every batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Clear {
+struct CertainHit {
     k: u32,
     j: u32,
     triangle: u32,
@@ -32,100 +33,115 @@ struct Clear {
     left: bool,
 }
 
-/// A triangle and a row whose line passes one of its edges so closely that rounding in a
-/// batch may put it on either side.
+/// A triangle and a row whose line passes one of its edges so closely that rounding in a batch may
+/// put it on either side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Tight {
+struct NearEdgeHit {
     k: u32,
     j: u32,
     triangle: u32,
 }
 
-/// All piercings along one axis, ordered by k.
+/// All row hits along one axis, ordered by k.
 #[derive(Debug, Default)]
-pub(super) struct Piercings {
-    clear: Vec<Clear>,
-    tight: Vec<Tight>,
+pub(super) struct RowHits {
+    certain: Vec<CertainHit>,
+    near_edge: Vec<NearEdgeHit>,
 }
 
-/// Triangles that a thread looks at in one piece.
-const AT_ONCE: usize = 1 << 13;
+/// The number of triangles in one unit of a thread's work.
+const TRIANGLE_CHUNK: usize = 1 << 13;
 
-impl Piercings {
-    /// Those along each axis, of which there is a frame.
-    pub(super) fn all(mesh: &PreparedMesh, frames: &[Frame; 3]) -> [Self; 3] {
-        let searches = [0, 1, 2].map(|w| Search::new(mesh, &frames[w]));
-        let search = |(piece, triangles): (usize, &[[u32; 3]])| {
+impl RowHits {
+    /// Finds the row hits along each axis.
+    pub(super) fn all(mesh: &PreparedMesh, frames: &[AxisFrame; 3]) -> [Self; 3] {
+        let searches = [0, 1, 2].map(|w| RowHitSearch::new(mesh, &frames[w]));
+        let search = |(chunk, triangles): (usize, &[[u32; 3]])| {
             let mut found = <[Self; 3]>::default();
-            for (triangle, &corners) in ((piece * AT_ONCE) as u32..).zip(triangles) {
-                find(mesh, triangle, corners, &searches, &mut found);
+            for (triangle, &corners) in ((chunk * TRIANGLE_CHUNK) as u32..).zip(triangles) {
+                find_hits(mesh, triangle, corners, &searches, &mut found);
             }
             found
         };
-        let pieces: Vec<_> = mesh
+        let chunks: Vec<_> = mesh
             .triangles()
-            .par_chunks(AT_ONCE)
+            .par_chunks(TRIANGLE_CHUNK)
             .enumerate()
             .map(search)
             .collect();
         let mut all = <[Self; 3]>::default();
-        for piece in pieces {
-            for (all, found) in all.iter_mut().zip(piece) {
-                all.clear.extend(found.clear);
-                all.tight.extend(found.tight);
+        for chunk in chunks {
+            for (all, found) in all.iter_mut().zip(chunk) {
+                all.certain.extend(found.certain);
+                all.near_edge.extend(found.near_edge);
             }
         }
         for all in &mut all {
-            all.clear.sort_unstable();
-            all.tight.sort_unstable();
+            // Sorted by k, so that each tile finds its own hits by bisection.
+            all.certain.sort_unstable();
+            all.near_edge.sort_unstable();
         }
         all
     }
 
-    /// Moves each layer from one side of its row to the other.
+    /// Moves the layer of each hit triangle from one side of the row to the other.
     #[inline(always)]
-    pub(super) fn count(
+    pub(super) fn accumulate(
         &self,
         batch: &Batch<'_>,
         tile: &Tile,
-        facing: impl Fn(u32) -> Facing,
+        facing: impl Fn(u32) -> FacingInterval,
         corners: impl Fn(u32) -> [(u32, End); 3],
-        steps: &mut Steps,
+        deltas: &mut DeltaBuffer,
     ) {
-        let of_tile = |k: u32| tile.k.contains(&k);
-        let start = self.clear.partition_point(|p| p.k < tile.k.start);
-        for p in self.clear[start..].iter().take_while(|p| of_tile(p.k)) {
+        let in_tile = |k: u32| tile.k.contains(&k);
+        let start = self.certain.partition_point(|p| p.k < tile.k.start);
+        for p in self.certain[start..].iter().take_while(|p| in_tile(p.k)) {
             if let Some(row) = tile.row(p.j, p.k) {
-                // Going around a triangle with its normal to the right, the edge above the
-                // row goes down: its step is the facing itself.
-                shift(row, p.column, facing(p.triangle), p.left, batch, steps);
+                // Going around a triangle with its normal to the right, the edge above the row goes
+                // down: its delta is the facing itself.
+                move_layer(row, p.column, facing(p.triangle), p.left, batch, deltas);
             }
         }
-        let start = self.tight.partition_point(|p| p.k < tile.k.start);
-        for p in self.tight[start..].iter().take_while(|p| of_tile(p.k)) {
+        let start = self.near_edge.partition_point(|p| p.k < tile.k.start);
+        for p in self.near_edge[start..].iter().take_while(|p| in_tile(p.k)) {
             if let Some(row) = tile.row(p.j, p.k) {
-                tight(row, batch, facing(p.triangle), corners(p.triangle), steps);
+                accumulate_near_edge(row, batch, facing(p.triangle), corners(p.triangle), deltas);
             }
         }
     }
 }
 
-/// From `column` on takes from above the row what the edge above it added, and from below what
-/// the edge below it added, which is the opposite. `up` is the direction of the edge above.
+/// Undoes, from `column` on, what the edge above the row added above it and what the edge below
+/// added below it, which is the opposite. `up` is the direction of the edge above.
 #[inline(always)]
-fn shift(row: u32, column: u32, facing: Facing, up: bool, batch: &Batch<'_>, steps: &mut Steps) {
+fn move_layer(
+    row: u32,
+    column: u32,
+    facing: FacingInterval,
+    up: bool,
+    batch: &Batch<'_>,
+    deltas: &mut DeltaBuffer,
+) {
     for block in 0..batch.slopes.len() {
         for side in [0, 1] {
-            let taken = Lanes::new([facing; 2], up == (side == 1), batch.frame, block);
-            steps.add_all((row, block as u32), side, column, taken);
+            let lanes = LaneDeltas::new([facing; 2], up == (side == 1), batch.frame, block);
+            deltas.push_at_column((row, block as u32), side, column, lanes);
         }
     }
 }
 
-/// Asks what the edges' crossings were counted as: on different sides of the row or not.
-fn tight(row: u32, batch: &Batch<'_>, facing: Facing, corners: [(u32, End); 3], steps: &mut Steps) {
-    let (level, number) = batch.levels.of_row(row);
-    // On each side of the row: u and height of the crossing, and whether its edge goes up.
+/// Moves the layer if the crossings counted the triangle's edges on different sides of the row. It
+/// evaluates the same expression as they do.
+fn accumulate_near_edge(
+    row: u32,
+    batch: &Batch<'_>,
+    facing: FacingInterval,
+    corners: [(u32, End); 3],
+    deltas: &mut DeltaBuffer,
+) {
+    let (level, number) = batch.levels.level_of_row(row);
+    // For each side of the row: u and height of the crossing, and whether its edge goes up.
     let mut crossings: [Option<([f32; 2], bool)>; 2] = [None; 2];
     for i in 0..3 {
         let ((a, from), (b, to)) = (corners[i], corners[(i + 1) % 3]);
@@ -136,24 +152,25 @@ fn tight(row: u32, batch: &Batch<'_>, facing: Facing, corners: [(u32, End); 3], 
         }
         let [from, to] = if a < b { [from, to] } else { [to, from] };
         let crossing = Line::new(from, to, batch.levels).at(&level);
-        crossings[side(crossing[1])] = Some((crossing, up));
+        crossings[row_side(crossing[1])] = Some((crossing, up));
     }
     if let [Some(([above_u, above], up)), Some(([below_u, below], _))] = crossings {
+        // The line meets the triangle between the crossings above and below it.
         let u = above_u + (below_u - above_u) * (above / (above - below));
-        let n_u = steps.layout.n_u as f32;
+        let n_u = deltas.layout.n_u as f32;
         let [column, ..] = first_columns(u, 0.0, &[0.0; LANES], n_u);
-        shift(row, column, facing, up, batch, steps);
+        move_layer(row, column, facing, up, batch, deltas);
     }
 }
 
-/// Finds a triangle's piercings along all axes: none, for most triangles of a fine mesh.
+/// Finds a triangle's row hits along all axes. Most triangles of a fine mesh have none.
 #[inline]
-fn find(
+fn find_hits(
     mesh: &PreparedMesh,
     triangle: u32,
     corners: [u32; 3],
-    searches: &[Search<'_>; 3],
-    found: &mut [Piercings; 3],
+    searches: &[RowHitSearch<'_>; 3],
+    found: &mut [RowHits; 3],
 ) {
     let vertex = |corner: usize| mesh.vertices()[corners[corner] as usize];
     let points = [vertex(0), vertex(1), vertex(2)];
@@ -161,29 +178,29 @@ fn find(
         let search = &searches[w];
         let [j, k] = [search.rows(&points, 1), search.rows(&points, 2)];
         if !j.is_empty() && !k.is_empty() {
-            search.triangle(triangle, &points, [j, k], &mut found[w]);
+            search.find_in_triangle(triangle, &points, [j, k], &mut found[w]);
         }
     }
 }
 
-/// The lines of an axis' rows against triangles, in exact integers.
-struct Search<'a> {
+/// The exact integer test of an axis' rows against triangles.
+struct RowHitSearch<'a> {
     mesh: &'a PreparedMesh,
-    frame: &'a Frame,
+    frame: &'a AxisFrame,
     bits: u32,
-    /// In steps of the lattice.
+    /// The margin in lattice units.
     margin: i32,
 }
 
-/// The distance from an edge, in cells, beyond which no rounding in any batch can make the
-/// line of a row pass on the edge's other side.
-fn margin(mesh: &PreparedMesh, frame: &Frame) -> f64 {
+/// Returns the distance from an edge, in cells, beyond which no rounding in any batch can move the
+/// row's line to the edge's other side.
+fn margin(mesh: &PreparedMesh, frame: &AxisFrame) -> f64 {
     let reach = mesh.lattice().reach();
-    NEAR.max(ROUNDING * (reach + frame.shear[1] * reach))
+    MIN_MARGIN.max(ROUNDING * (reach + frame.shear[1] * reach))
 }
 
-impl<'a> Search<'a> {
-    fn new(mesh: &'a PreparedMesh, frame: &'a Frame) -> Self {
+impl<'a> RowHitSearch<'a> {
+    fn new(mesh: &'a PreparedMesh, frame: &'a AxisFrame) -> Self {
         let bits = mesh.lattice().bits();
         let margin = (margin(mesh, frame) * f64::from(1_u32 << bits)).ceil() as i32;
         Self {
@@ -194,27 +211,27 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn triangle(
+    fn find_in_triangle(
         &self,
         triangle: u32,
         points: &[[i32; 3]; 3],
         [j_range, k_range]: [Range<i32>; 2],
-        found: &mut Piercings,
+        found: &mut RowHits,
     ) {
         let normal = self.mesh.normal(self.mesh.triangles()[triangle as usize]);
         for k in k_range {
             for j in j_range.clone() {
-                let at = [i64::from(j) << self.bits, i64::from(k) << self.bits];
-                let distance = self.distance(points, normal[self.frame.u], at);
+                let row_line = [i64::from(j) << self.bits, i64::from(k) << self.bits];
+                let class = self.classify(points, normal[self.frame.u], row_line);
                 let [j, k] = [j as u32, k as u32];
-                match distance {
-                    d if d <= -1 => {}
-                    0 => found.tight.push(Tight { k, j, triangle }),
-                    _ => found.clear.push(Clear {
+                match class {
+                    c if c <= -1 => {}
+                    0 => found.near_edge.push(NearEdgeHit { k, j, triangle }),
+                    _ => found.certain.push(CertainHit {
                         k,
                         j,
                         triangle,
-                        column: self.column(points, normal, at),
+                        column: self.column(points, normal, row_line),
                         left: normal[self.frame.u] < 0,
                     }),
                 }
@@ -222,7 +239,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The rows, along v (1) or w (2), whose lines come near the triangle's bounds.
+    /// Returns the rows, along v (1) or w (2), whose lines come near the triangle's bounds.
     #[inline(always)]
     fn rows(&self, points: &[[i32; 3]; 3], across: usize) -> Range<i32> {
         let axis = [self.frame.u, self.frame.v, self.frame.w][across];
@@ -234,27 +251,30 @@ impl<'a> Search<'a> {
         first.max(0)..last.saturating_add(1).min(self.frame.n[across] as i32)
     }
 
-    /// 1: within the triangle by the margin; −1: outside by the margin; 0: neither.
-    fn distance(&self, points: &[[i32; 3]; 3], n_u: i64, [j, k]: [i64; 2]) -> i32 {
-        let mut least = 1;
+    /// Classifies a row's line: 1 is inside the triangle by the margin, −1 outside by the margin, 0
+    /// neither.
+    fn classify(&self, points: &[[i32; 3]; 3], n_u: i64, [j, k]: [i64; 2]) -> i32 {
+        let mut lowest = 1;
         for i in 0..3 {
             let [a, b] = [points[i], points[(i + 1) % 3]]
                 .map(|p| [p[self.frame.v], p[self.frame.w]].map(i64::from));
             let along = [b[0] - a[0], b[1] - a[1]];
+            // Twice the signed area: the distance from the edge times the edge's length.
             let area = along[0] * (k - a[1]) - along[1] * (j - a[0]);
             let inward = if n_u < 0 { -area } else { area };
             let margin = i64::from(self.margin) * (along[0].abs() + along[1].abs());
             let class = i32::from(inward >= margin) - i32::from(inward <= -margin);
-            least = least.min(class);
+            lowest = lowest.min(class);
         }
-        // Without an area across there is no inside.
-        if n_u == 0 { least.min(0) } else { least }
+        // A triangle that is seen edge-on has no interior.
+        if n_u == 0 { lowest.min(0) } else { lowest }
     }
 
-    /// The first column whose cells are not to the left of the point where the line meets the
-    /// triangle's plane. In double precision: 2⁻⁵² of the triangle's size is nothing.
+    /// Returns the first column whose cells are not to the left of the point where the line meets
+    /// the triangle's plane. Double precision: an error of 2⁻⁵² of the triangle's size is
+    /// negligible.
     fn column(&self, points: &[[i32; 3]; 3], normal: [i64; 3], [j, k]: [i64; 2]) -> u32 {
-        let Frame { u, v, w, .. } = *self.frame;
+        let AxisFrame { u, v, w, .. } = *self.frame;
         let [n_u, n_v, n_w] = [u, v, w].map(|axis| normal[axis] as f64);
         let from = |at: i64, axis: usize| (at - i64::from(points[0][axis])) as f64;
         let rise = (n_v * from(j, v) + n_w * from(k, w)) / n_u;

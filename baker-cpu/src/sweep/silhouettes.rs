@@ -1,86 +1,97 @@
-//! Silhouettes: the edges at which the mesh turns from facing a direction to facing away.
+//! Silhouettes: the edges at which the mesh changes from facing a direction to facing away.
 
 use aogrid_bake_core::PreparedMesh;
 use aogrid_bake_core::prepared::{Edge, HalfEdge};
 use rayon::prelude::*;
 
-use super::frame::{Frame, LANES};
-use super::instructions::{Vectors, Work};
-use super::pass::Job;
+use super::frame::{AxisFrame, LANES};
+use super::instructions::{Simd, SimdKernel};
+use super::pass::SweepJob;
 
-/// How a triangle faces the directions of a face's row: n·d is linear in the texel's number z
-/// and changes its sign once. Bits 0–6: the first z of the second part (never the side's
-/// length itself: "none" is "all, the other way round"); bit 7: set if the first part faces
-/// d, and the second away.
+/// The directions of a texel row that a triangle faces: n·d is linear in the texel's index z and
+/// changes its sign once. Bits 0–6: the flip texel, the first z of the second part (never `size`
+/// itself: an empty second part is stored as an empty first part with bit 7 inverted). Bit 7: set
+/// if the first part faces d and the second faces away.
 ///
-/// It is found once for each triangle and row, so that all edges of a triangle agree.
+/// It is computed once for each triangle and texel row, so that all edges of a triangle agree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(transparent)]
-pub(super) struct Facing(u8);
+pub(super) struct FacingInterval(u8);
 
-const TOWARDS_FIRST: u8 = 1 << 7;
+const FRONT_FIRST: u8 = 1 << 7;
 
-impl Facing {
-    /// The first texel of the second part.
+impl FacingInterval {
+    /// Returns the first texel of the second part.
     #[inline(always)]
-    fn turn(self) -> u8 {
-        self.0 & !TOWARDS_FIRST
+    fn flip_texel(self) -> u8 {
+        self.0 & !FRONT_FIRST
     }
 
-    /// +1 where n·d > 0, else −1.
+    /// Returns +1 where n·d > 0, else −1.
     #[cfg(test)]
     fn sign(self, z: u8) -> i8 {
-        let first_towards = (self.0 & TOWARDS_FIRST) >> 7;
-        let towards = u8::from(z >= self.turn()) ^ first_towards;
-        (2 * towards).cast_signed() - 1
+        let front_first = (self.0 & FRONT_FIRST) >> 7;
+        let front = u8::from(z >= self.flip_texel()) ^ front_first;
+        (2 * front).cast_signed() - 1
     }
 
-    /// The lanes of a block where n·d > 0.
+    /// Returns the lanes of a block where n·d > 0.
     #[inline(always)]
-    pub(super) fn towards(self, block: usize) -> u16 {
-        let turn = u32::from(self.turn()).saturating_sub((block * LANES) as u32);
-        let second = (0xffff_u32 << turn.min(LANES as u32)) as u16;
-        let first_towards = self.0 & TOWARDS_FIRST != 0;
-        if first_towards { !second } else { second }
+    pub(super) fn front_lanes(self, block: usize) -> u16 {
+        let flip_texel = u32::from(self.flip_texel()).saturating_sub((block * LANES) as u32);
+        let second = (0xffff_u32 << flip_texel.min(LANES as u32)) as u16;
+        let front_first = self.0 & FRONT_FIRST != 0;
+        if front_first { !second } else { second }
     }
 
-    /// The sign times that of the half-edge's direction: what it adds to an edge's sum.
+    /// Returns the sign times that of the half-edge's direction: what it adds to an edge's sum.
     #[inline(always)]
-    pub(super) fn along(self, half_edge: HalfEdge) -> Self {
+    pub(super) fn oriented(self, half_edge: HalfEdge) -> Self {
         Self(self.0 ^ u8::from(half_edge.is_reversed()) << 7)
     }
 }
 
-/// Facings of a row of texels for each of [`LANES`] rows of a face.
-pub(super) type Facings = [Facing; LANES];
+/// The facing of a triangle, for each of [`LANES`] texel rows of a face.
+pub(super) type TriangleFacing = [FacingInterval; LANES];
 
-/// What a pass has to know of triangles and edges.
+/// The facings of triangles and the silhouette edges of one pass.
 #[derive(Default)]
 pub(super) struct Silhouettes {
-    /// Of every triangle.
-    pub facings: Vec<Facings>,
-    /// Of each piece of the edges.
-    pub lists: Vec<Lists>,
+    /// The facings of every triangle.
+    pub facings: Vec<TriangleFacing>,
+    /// The silhouettes of each chunk of the edges.
+    pub lists: Vec<RowSilhouettes>,
 }
 
 impl Silhouettes {
-    /// For `n_rows` of a face from the first on.
-    pub(super) fn find(&mut self, job: &Job<'_>, frame: &Frame, first_row: u32, n_rows: usize) {
-        facings(job, frame, first_row, &mut self.facings);
-        find(job, &self.facings, n_rows, &mut self.lists);
+    /// Finds the silhouettes of `n_rows` texel rows from `first_row` on.
+    pub(super) fn find(
+        &mut self,
+        job: &SweepJob<'_>,
+        frame: &AxisFrame,
+        first_row: u32,
+        n_rows: usize,
+    ) {
+        compute_facings(job, frame, first_row, &mut self.facings);
+        find_silhouettes(job, &self.facings, n_rows, &mut self.lists);
     }
 }
 
-/// Facings of every triangle, for [`LANES`] rows of a face from `first_row` on.
-fn facings(job: &Job<'_>, frame: &Frame, first_row: u32, out: &mut Vec<Facings>) {
+/// Computes the facings of every triangle, for [`LANES`] texel rows from `first_row` on.
+fn compute_facings(
+    job: &SweepJob<'_>,
+    frame: &AxisFrame,
+    first_row: u32,
+    out: &mut Vec<TriangleFacing>,
+) {
     let mesh = job.mesh;
     let row_slopes: [f32; LANES] =
         std::array::from_fn(|row| frame.row_slope(first_row + row as u32) as f32);
-    out.resize(mesh.triangles().len(), Facings::default());
-    out.par_chunks_mut(AT_ONCE)
-        .zip(mesh.triangles().par_chunks(AT_ONCE))
+    out.resize(mesh.triangles().len(), TriangleFacing::default());
+    out.par_chunks_mut(ELEMENT_CHUNK)
+        .zip(mesh.triangles().par_chunks(ELEMENT_CHUNK))
         .for_each(|(out, triangles)| {
-            job.instructions.run(FacingsOf {
+            job.simd_level.run(FacingKernel {
                 mesh,
                 frame,
                 row_slopes: &row_slopes,
@@ -90,114 +101,123 @@ fn facings(job: &Job<'_>, frame: &Frame, first_row: u32, out: &mut Vec<Facings>)
         });
 }
 
-/// Triangles, or edges, that a thread looks at in one piece.
-const AT_ONCE: usize = 1 << 13;
+/// The number of triangles, or edges, in one unit of a thread's work.
+const ELEMENT_CHUNK: usize = 1 << 13;
 
-struct FacingsOf<'a> {
+struct FacingKernel<'a> {
     mesh: &'a PreparedMesh,
-    frame: &'a Frame,
+    frame: &'a AxisFrame,
     row_slopes: &'a [f32; LANES],
     triangles: &'a [[u32; 3]],
-    out: &'a mut [Facings],
+    out: &'a mut [TriangleFacing],
 }
 
-impl Work for FacingsOf<'_> {
+impl SimdKernel for FacingKernel<'_> {
     #[inline(always)]
-    fn run<V: Vectors>(self, _: V) {
+    fn run<S: Simd>(self, _: S) {
         for (facings, &triangle) in self.out.iter_mut().zip(self.triangles) {
-            *facings = facing(self.mesh.normal(triangle), self.frame, self.row_slopes);
+            *facings = triangle_facing(self.mesh.normal(triangle), self.frame, self.row_slopes);
         }
     }
 }
 
-/// The least share of a normal along u that its facings depend on u: below it the threshold is
-/// beyond both ends of a row of texels, or the triangle is seen edge-on.
-const LEAST: f64 = 1e-12;
+/// The smallest share of n_u in a normal at which its facings depend on u. Below it the threshold
+/// is beyond both ends of a texel row, or the triangle is seen edge-on.
+const MIN_U_SHARE: f64 = 1e-12;
 
-/// n·d = n_u·a + n_v·b + n_w > 0, with a = shear·(2z + 1 − size)/size, is z > T for n_u > 0 and
-/// z < T for n_u < 0, where T = (size − 1)/2 − (n_v·b + n_w) · size/(2·shear·n_u).
+/// Solves n·d = n_u·a + n_v·b + n_w > 0 for z, with a = shear·(2z + 1 − size)/size: z > T for n_u >
+/// 0 and z < T for n_u < 0, where T = (size − 1)/2 − (n_v·b + n_w) · size/(2·shear·n_u).
 #[inline(always)]
-fn facing(normal: [i64; 3], frame: &Frame, row_slopes: &[f32; LANES]) -> Facings {
-    let along = |axis: usize| normal[axis] as f64;
-    let [n_u, n_v, n_w] = [along(frame.u), along(frame.v), along(frame.w)];
+fn triangle_facing(
+    normal: [i64; 3],
+    frame: &AxisFrame,
+    row_slopes: &[f32; LANES],
+) -> TriangleFacing {
+    let component = |axis: usize| normal[axis] as f64;
+    let [n_u, n_v, n_w] = [component(frame.u), component(frame.v), component(frame.w)];
     let size = f64::from(frame.size);
-    let least = LEAST * (n_v.abs() + n_w.abs());
-    let steep = size / (2.0 * frame.shear[0] * n_u.abs().max(least).max(f64::MIN_POSITIVE));
+    let min_n_u = MIN_U_SHARE * (n_v.abs() + n_w.abs());
+    // T = constant + per_slope · b, with the slope computed once for all rows.
+    let steep = size / (2.0 * frame.shear[0] * n_u.abs().max(min_n_u).max(f64::MIN_POSITIVE));
     let steep = if n_u < 0.0 { -steep } else { steep };
     let constant = ((size - 1.0) / 2.0 - steep * n_w) as f32;
     let per_slope = (-steep * n_v) as f32;
     let first = u8::from(n_u < 0.0);
     let last = frame.size as f32 - 1.0;
-    let mut facings = Facings::default();
+    let mut facings = TriangleFacing::default();
     for (facing, slope) in facings.iter_mut().zip(row_slopes) {
         let threshold = constant + per_slope * slope;
         // The number of z ≤ T, 0..=size.
-        let turn = whole_part(threshold.max(-1.0).min(last) + 1.0);
-        let all = turn == frame.size;
-        let turn = if all { 0 } else { turn };
-        *facing = Facing(turn as u8 | (first ^ u8::from(all)) << 7);
+        let flip_texel = floor_to_u32(threshold.max(-1.0).min(last) + 1.0);
+        let all = flip_texel == frame.size;
+        let flip_texel = if all { 0 } else { flip_texel };
+        *facing = FacingInterval(flip_texel as u8 | (first ^ u8::from(all)) << 7);
     }
     facings
 }
 
-/// 2²³: adding it to a float in 0..2²² leaves the nearest whole number in the lowest bits.
-const WHOLE: f32 = (1 << 23) as f32;
+/// 2²³: added to a float in 0..2²², it leaves the nearest whole number in the lowest bits.
+const ROUNDING_BIAS: f32 = (1 << 23) as f32;
 
-/// Of a small number that is not negative. A cast would look for those that do not fit.
+/// Returns ⌊x⌋ of a small, non-negative number. A cast would also check the range.
 #[inline(always)]
-fn whole_part(x: f32) -> u32 {
-    let nearest = x + WHOLE;
-    let above = nearest - WHOLE > x;
-    (nearest.to_bits() - WHOLE.to_bits()) - u32::from(above)
+fn floor_to_u32(x: f32) -> u32 {
+    let nearest = x + ROUNDING_BIAS;
+    let above = nearest - ROUNDING_BIAS > x;
+    (nearest.to_bits() - ROUNDING_BIAS.to_bits()) - u32::from(above)
 }
 
-/// The edges that are silhouettes for some texel of a face's row.
+/// The edges that are silhouettes for some texel of a texel row.
 #[derive(Debug, Default, PartialEq, Eq)]
-pub(super) struct List {
-    /// Their vertices: here, and not looked up again among all edges, for which one would have
-    /// to wait.
+pub(super) struct SilhouetteList {
+    /// Their vertices, copied here because a look-up among all edges would miss the cache.
     pub vertices: Vec<[u32; 2]>,
-    /// The facings of each one's triangles along it.
-    pub sides: Vec<Sides>,
+    /// The oriented facings of each edge's triangles.
+    pub facings: Vec<EdgeFacing>,
 }
 
-impl List {
+impl SilhouetteList {
     fn clear(&mut self) {
         self.vertices.clear();
-        self.sides.clear();
+        self.facings.clear();
     }
 }
 
-/// The facings of an edge's two triangles along it, in bits 0–7 and 8–15.
+/// The oriented facings of an edge's two triangles, in bits 0–7 and 8–15.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(transparent)]
-pub(super) struct Sides(u16);
+pub(super) struct EdgeFacing(u16);
 
-impl Sides {
+impl EdgeFacing {
     #[inline(always)]
-    pub(super) fn new(one: Facing, other: Facing) -> Self {
+    pub(super) fn new(one: FacingInterval, other: FacingInterval) -> Self {
         Self(u16::from_le_bytes([one.0, other.0]))
     }
 
     #[inline(always)]
-    pub(super) fn facings(self) -> [Facing; 2] {
-        self.0.to_le_bytes().map(Facing)
+    pub(super) fn intervals(self) -> [FacingInterval; 2] {
+        self.0.to_le_bytes().map(FacingInterval)
     }
 }
 
-/// The silhouettes of each row of a face.
-pub(super) type Lists = [List; LANES];
+/// The silhouettes of each texel row of a pass.
+pub(super) type RowSilhouettes = [SilhouetteList; LANES];
 
-/// Finds silhouettes for the first `n_rows` rows: lists for each piece of the edges.
-fn find(job: &Job<'_>, facings: &[Facings], n_rows: usize, lists: &mut Vec<Lists>) {
+/// Finds the silhouettes of the first `n_rows` texel rows: lists for each chunk of the edges.
+fn find_silhouettes(
+    job: &SweepJob<'_>,
+    facings: &[TriangleFacing],
+    n_rows: usize,
+    lists: &mut Vec<RowSilhouettes>,
+) {
     let edges = job.mesh.edges();
-    lists.resize_with(edges.len().div_ceil(AT_ONCE), Lists::default);
+    lists.resize_with(edges.len().div_ceil(ELEMENT_CHUNK), RowSilhouettes::default);
     lists
         .par_iter_mut()
-        .zip(edges.par_chunks(AT_ONCE))
+        .zip(edges.par_chunks(ELEMENT_CHUNK))
         .for_each(|(lists, edges)| {
-            lists.iter_mut().for_each(List::clear);
-            job.instructions.run(Find {
+            lists.iter_mut().for_each(SilhouetteList::clear);
+            job.simd_level.run(SilhouetteSearch {
                 edges,
                 facings,
                 n_rows,
@@ -206,55 +226,60 @@ fn find(job: &Job<'_>, facings: &[Facings], n_rows: usize, lists: &mut Vec<Lists
         });
 }
 
-/// Some edges, of which the silhouettes of some rows are sought.
-pub(super) struct Find<'a> {
+/// The search for silhouettes among some edges.
+pub(super) struct SilhouetteSearch<'a> {
     pub edges: &'a [Edge],
-    pub facings: &'a [Facings],
+    pub facings: &'a [TriangleFacing],
     pub n_rows: usize,
-    pub lists: &'a mut Lists,
+    pub lists: &'a mut RowSilhouettes,
 }
 
-impl Work for Find<'_> {
+impl SimdKernel for SilhouetteSearch<'_> {
     #[inline(always)]
-    fn run<V: Vectors>(self, vectors: V) {
-        vectors.find(self);
+    fn run<S: Simd>(self, simd: S) {
+        simd.find_silhouettes(self);
     }
 }
 
-impl<'a> Find<'a> {
-    /// The facings of an edge's triangles, and whether they run along it backwards.
+impl<'a> SilhouetteSearch<'a> {
+    /// Returns the facings of an edge's triangles, and whether each triangle runs along the edge
+    /// backwards.
     #[inline(always)]
-    pub(super) fn sides(&self, edge: &Edge) -> [(&'a Facings, bool); 2] {
+    pub(super) fn facings_of(&self, edge: &Edge) -> [(&'a TriangleFacing, bool); 2] {
         let [one, other] = edge.sides;
         let facings = self.facings;
-        let side = |side: HalfEdge| (&facings[side.triangle()], side.is_reversed());
-        [side(one), side(other)]
+        let facing = |side: HalfEdge| (&facings[side.triangle()], side.is_reversed());
+        [facing(one), facing(other)]
     }
 
-    /// One edge after the other. This is what faster ways have to agree with.
+    /// Searches one edge after the other. The SIMD versions are tested against this one.
     #[inline(always)]
     pub(super) fn run_portable(self) {
         let rows = u16::MAX >> (LANES - self.n_rows);
         for edge in self.edges {
-            let sides = self.sides(edge);
-            let mut odd = rows & silhouette_rows(sides);
-            while odd != 0 {
-                let row = odd.trailing_zeros() as usize & (LANES - 1);
-                odd &= odd - 1;
+            let facings = self.facings_of(edge);
+            let mut rows_left = rows & silhouette_rows(facings);
+            while rows_left != 0 {
+                let row = rows_left.trailing_zeros() as usize & (LANES - 1);
+                rows_left &= rows_left - 1;
+                // Rows where the oriented facings differ get the edge in their list.
                 let [one, other] = edge.sides;
-                let [one, other] = [sides[0].0[row].along(one), sides[1].0[row].along(other)];
+                let [one, other] = [
+                    facings[0].0[row].oriented(one),
+                    facings[1].0[row].oriented(other),
+                ];
                 let list = &mut self.lists[row];
                 list.vertices.push(edge.vertices);
-                list.sides.push(Sides::new(one, other));
+                list.facings.push(EdgeFacing::new(one, other));
             }
         }
     }
 }
 
-/// The rows where two half-edges are not one the other, reversed: there they add nothing.
+/// Returns the texel rows where the two half-edges do not cancel.
 #[inline(always)]
-fn silhouette_rows([one, other]: [(&Facings, bool); 2]) -> u16 {
-    let reversed = if one.1 == other.1 { TOWARDS_FIRST } else { 0 };
+fn silhouette_rows([one, other]: [(&TriangleFacing, bool); 2]) -> u16 {
+    let reversed = if one.1 == other.1 { FRONT_FIRST } else { 0 };
     let mut rows = 0;
     for row in 0..LANES {
         let differ = one.0[row].0 ^ other.0[row].0 != reversed;
@@ -268,9 +293,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn facings_are_the_sign_of_the_normal_along_the_direction() {
+    fn facing_is_the_sign_of_n_dot_d() {
         for (size, shear) in [(16, [1.0, 1.0]), (8, [0.3, 2.0]), (128, [1.7, 0.9])] {
-            let frame = Frame {
+            let frame = AxisFrame {
                 u: 1,
                 v: 2,
                 w: 0,
@@ -297,15 +322,15 @@ mod tests {
             ];
             let normals = (0..500).map(|_| [next(), next(), next()]).chain(axes);
             for normal in normals {
-                let facing = facing(normal, &frame, &rows);
+                let facing = triangle_facing(normal, &frame, &rows);
                 for (b, facing) in facing.iter().enumerate() {
                     for z in 0..size as u8 {
                         let a = shear[0] * ((2.0 * f64::from(z) + 1.0) / f64::from(size) - 1.0);
                         let n = [frame.u, frame.v, frame.w].map(|x| normal[x] as f64);
-                        let along = n[0] * a + n[1] * f64::from(rows[b]) + n[2];
-                        // Nearer to edge-on than single floats tell apart.
-                        if along.abs() > 1e-5 * (n[0].abs() + n[1].abs() + n[2].abs()) {
-                            assert_eq!(facing.sign(z), along.signum() as i8, "{normal:?} {z}");
+                        let n_dot_d = n[0] * a + n[1] * f64::from(rows[b]) + n[2];
+                        // Closer to edge-on than single precision can tell.
+                        if n_dot_d.abs() > 1e-5 * (n[0].abs() + n[1].abs() + n[2].abs()) {
+                            assert_eq!(facing.sign(z), n_dot_d.signum() as i8, "{normal:?} {z}");
                         }
                     }
                 }
@@ -314,10 +339,10 @@ mod tests {
     }
 
     #[test]
-    fn a_crease_is_a_silhouette_where_one_side_faces_away() {
-        let facing = |turn: u8, first: u8| Facing(turn | first << 7);
-        assert_eq!(facing(3, 0).turn(), 3);
-        let signs = |f: Facing| [0, 2, 3, 15].map(|z| f.sign(z));
+    fn facing_interval_stores_flip_texel_and_first_sign() {
+        let facing = |flip_texel: u8, first: u8| FacingInterval(flip_texel | first << 7);
+        assert_eq!(facing(3, 0).flip_texel(), 3);
+        let signs = |f: FacingInterval| [0, 2, 3, 15].map(|z| f.sign(z));
         assert_eq!(signs(facing(3, 0)), [-1, -1, 1, 1]);
         assert_eq!(signs(facing(3, 1)), [1, 1, -1, -1]);
         assert_eq!(signs(facing(0, 0)), [1; 4]);

@@ -1,43 +1,42 @@
-//! Steps: from which column on a row has how many layers more or fewer.
+//! Deltas: changes of a row's layer counts, from some column on.
 //!
-//! Steps come in the order of edges, and would touch counters all over a tile. They are kept
-//! by groups of rows first, and each group is counted by itself while it is in a core's first
-//! cache.
+//! Deltas arrive in the order of edges and would touch counters all over a tile. They are first
+//! buffered by groups of rows; then each group is counted while its counters are in the L1 cache.
 
-use super::counters::{COLUMN, Counter, Layout, MOST_PLACES, Tile};
+use super::counters::{COLUMN, Counter, Layout, MAX_GROUP_COUNTERS, Tile};
 use super::frame::LANES;
 
-/// Steps that a group can keep before they have to be counted.
-const MOST_STEPS: usize = 1 << 14;
+/// The maximum number of deltas that a group buffers before they have to be counted.
+const MAX_GROUP_DELTAS: usize = 1 << 14;
 
-/// A counter's place in its group (bits 0–15) and what is added to it (bits 24–31, signed).
-pub(super) type Step = u32;
+/// A counter's slot in its group (bits 0–15) and the amount to add (bits 24–31, signed).
+pub(super) type Delta = u32;
 
-/// The bits of what a [`Step`] adds.
+/// Returns the bits of a [`Delta`] that hold the amount.
 #[inline(always)]
-pub(super) fn delta_bits(delta: i8) -> Step {
-    Step::from(delta.cast_unsigned()) << 24
+pub(super) fn delta_bits(delta: i8) -> Delta {
+    Delta::from(delta.cast_unsigned()) << 24
 }
 
-/// Which lanes of a block have a step, and of which sign.
+/// The lanes of a block that have a delta, and its sign.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Lanes {
-    pub steps: u16,
-    /// Of the steps, those that are layers fewer.
-    pub fewer: u16,
+pub(super) struct LaneDeltas {
+    pub active: u16,
+    /// The active lanes whose layer count decreases.
+    pub negative: u16,
 }
 
-/// The steps of one batch in one tile.
-pub(super) struct Steps {
+/// The deltas of one batch in one tile.
+pub(super) struct DeltaBuffer {
     pub layout: Layout,
-    /// [`MOST_STEPS`] for each group.
-    kept: Vec<Step>,
+    /// Space for [`MAX_GROUP_DELTAS`] of each group.
+    pending: Vec<Delta>,
     lens: Vec<u32>,
-    /// Counters of groups with more steps than they could keep; else empty.
-    counted: Vec<Vec<i32>>,
+    /// The 32-bit counters of groups that overflowed their buffer; else empty.
+    wide: Vec<Vec<i32>>,
 }
 
-impl Default for Steps {
+impl Default for DeltaBuffer {
     fn default() -> Self {
         let layout = Layout {
             n_u: 0,
@@ -46,155 +45,159 @@ impl Default for Steps {
         };
         Self {
             layout,
-            kept: Vec::new(),
+            pending: Vec::new(),
             lens: Vec::new(),
-            counted: Vec::new(),
+            wide: Vec::new(),
         }
     }
 }
 
-impl Steps {
-    /// Starts a batch. Nothing is left of the one before, as all its groups have been taken.
-    pub(super) fn start(&mut self, layout: Layout, tile: &Tile) {
+impl DeltaBuffer {
+    /// Starts a batch. Nothing is left of the one before, as all its groups have been accumulated.
+    pub(super) fn reset(&mut self, layout: Layout, tile: &Tile) {
         let n_groups = layout.groups(tile);
         self.layout = layout;
         self.lens.clear();
         self.lens.resize(n_groups, 0);
-        if self.kept.len() < n_groups * MOST_STEPS {
-            self.kept = vec![0; n_groups * MOST_STEPS];
+        if self.pending.len() < n_groups * MAX_GROUP_DELTAS {
+            self.pending = vec![0; n_groups * MAX_GROUP_DELTAS];
         }
-        if self.counted.len() < n_groups {
-            self.counted.resize_with(n_groups, Vec::new);
+        if self.wide.len() < n_groups {
+            self.wide.resize_with(n_groups, Vec::new);
         }
     }
 
-    /// Room for a step of every lane of one block.
+    /// Reserves space for a delta of every lane of one block.
     #[inline(always)]
-    pub(super) fn room(&mut self, group: usize) -> &mut [Step; LANES] {
-        if self.lens[group] as usize > MOST_STEPS - LANES {
+    pub(super) fn reserve(&mut self, group: usize) -> &mut [Delta; LANES] {
+        if self.lens[group] as usize > MAX_GROUP_DELTAS - LANES {
             self.count(group);
         }
-        let start = group * MOST_STEPS + self.lens[group] as usize;
-        let room = self.kept[start..].first_chunk_mut();
-        room.expect("a group is longer than a block")
+        let start = group * MAX_GROUP_DELTAS + self.lens[group] as usize;
+        let reserved = self.pending[start..].first_chunk_mut();
+        reserved.expect("a group is longer than a block")
     }
 
-    /// Keeps the first `n` of what has been put into the [room](Self::room).
+    /// Appends the first `n` deltas of the [reserved](Self::reserve) space.
     #[inline(always)]
-    pub(super) fn keep(&mut self, group: usize, n: u32) {
+    pub(super) fn commit(&mut self, group: usize, n: u32) {
         self.lens[group] += n;
     }
 
-    /// A row's block from `columns` on: for each of the lanes `unit` layers more or fewer.
-    /// Columns past the last cell are nowhere.
+    /// Appends the deltas of a row's block, from `columns` on: `unit` layers more or fewer for each
+    /// active lane. Columns past the last cell are dropped.
     #[inline(always)]
-    pub(super) fn add(
+    pub(super) fn push(
         &mut self,
         (row, block): (u32, u32),
         side: usize,
         columns: &[u32; LANES],
-        lanes: Lanes,
+        lanes: LaneDeltas,
         unit: i8,
     ) {
         let n_u = self.layout.n_u;
-        let (group, first) = self.layout.place(row, block);
+        let (group, first) = self.layout.first_slot(row, block);
         let first = first + (side * LANES) as u32;
         let signs = [delta_bits(unit), delta_bits(-unit)];
-        let room = self.room(group);
+        let reserved = self.reserve(group);
         let mut n = 0;
-        let mut left = lanes.steps;
-        while left != 0 {
-            let lane = left.trailing_zeros();
-            left &= left - 1;
+        let mut remaining = lanes.active;
+        while remaining != 0 {
+            let lane = remaining.trailing_zeros();
+            remaining &= remaining - 1;
             let column = columns[lane as usize & (LANES - 1)];
-            let sign = signs[usize::from(lanes.fewer >> lane & 1)];
-            // Overwritten by the next if it is nowhere.
-            room[n as usize & (LANES - 1)] = (first + column * COLUMN as u32 + lane) | sign;
+            let sign = signs[usize::from(lanes.negative >> lane & 1)];
+            // Overwritten by the next one if the column is past the last cell.
+            reserved[n as usize & (LANES - 1)] = (first + column * COLUMN as u32 + lane) | sign;
             n += u32::from(column < n_u);
         }
-        self.keep(group, n);
+        self.commit(group, n);
     }
 
-    /// [`Steps::add`] of a layer in all lanes that there are, at one column.
+    /// Appends as [`DeltaBuffer::push`] does, one layer in all active lanes, at one column.
     #[inline(always)]
-    pub(super) fn add_all(
+    pub(super) fn push_at_column(
         &mut self,
         (row, block): (u32, u32),
         side: usize,
         column: u32,
-        lanes: Lanes,
+        lanes: LaneDeltas,
     ) {
         if column >= self.layout.n_u {
             return;
         }
-        let (group, first) = self.layout.place(row, block);
+        let (group, first) = self.layout.first_slot(row, block);
         let first = first + (side * LANES) as u32 + column * COLUMN as u32;
-        for (lane, step) in (0..).zip(self.room(group)) {
-            let delta = delta_bits(if lanes.fewer >> lane & 1 != 0 { -1 } else { 1 });
-            *step = (first + lane) | delta;
+        for (lane, slot) in (0..).zip(self.reserve(group)) {
+            let delta = delta_bits(if lanes.negative >> lane & 1 != 0 {
+                -1
+            } else {
+                1
+            });
+            *slot = (first + lane) | delta;
         }
-        // They are the first ones.
-        self.keep(group, lanes.steps.count_ones());
+        // The active lanes are the first ones.
+        self.commit(group, lanes.active.count_ones());
     }
 
-    /// Counts what a group has kept.
+    /// Counts the pending deltas of a group in 32 bits.
     #[cold]
     fn count(&mut self, group: usize) {
-        let counters = &mut self.counted[group];
+        let counters = &mut self.wide[group];
         counters.resize(self.layout.group(), 0);
-        let kept = &self.kept[group * MOST_STEPS..][..self.lens[group] as usize];
-        count(kept, counters);
+        let pending = &self.pending[group * MAX_GROUP_DELTAS..][..self.lens[group] as usize];
+        count(pending, counters);
         self.lens[group] = 0;
     }
 
-    /// Takes a group's steps into counters that are zero. Bytes, unless they are too small: then
-    /// they are left zero.
+    /// Accumulates a group's deltas into counters that are zero. It uses bytes unless they
+    /// overflow; then it leaves them zero and returns 32-bit counters.
     #[inline(always)]
-    pub(super) fn take(&mut self, group: usize, bytes: &mut Bytes) -> Taken {
+    pub(super) fn accumulate(&mut self, group: usize, bytes: &mut ByteCounters) -> GroupCounters {
         let n = std::mem::take(&mut self.lens[group]) as usize;
-        let kept = &self.kept[group * MOST_STEPS..][..n];
-        let n_places = self.layout.group();
-        let counted = &mut self.counted[group];
-        if counted.is_empty() {
-            if kept.is_empty() {
-                return Taken::Nothing;
+        let pending = &self.pending[group * MAX_GROUP_DELTAS..][..n];
+        let n_counters = self.layout.group();
+        let wide = &mut self.wide[group];
+        if wide.is_empty() {
+            if pending.is_empty() {
+                return GroupCounters::Empty;
             }
-            if !count_bytes(kept, bytes) {
-                return Taken::Narrow;
+            if !count_bytes(pending, bytes) {
+                return GroupCounters::Narrow;
             }
-            bytes[..n_places].fill(0);
+            bytes[..n_counters].fill(0);
         }
-        let mut counters = std::mem::take(counted);
-        counters.resize(n_places, 0);
-        count(kept, &mut counters);
-        Taken::Wide(counters)
+        let mut counters = std::mem::take(wide);
+        counters.resize(n_counters, 0);
+        count(pending, &mut counters);
+        GroupCounters::Wide(counters)
     }
 }
 
-/// The counters of a group, if bytes are enough.
-pub(super) type Bytes = [i8; MOST_PLACES];
+/// The one-byte counters of a group.
+pub(super) type ByteCounters = [i8; MAX_GROUP_COUNTERS];
 
-/// The counters of a group.
-pub(super) enum Taken {
+/// The accumulated counters of a group.
+pub(super) enum GroupCounters {
     /// All are zero.
-    Nothing,
-    /// In the bytes.
+    Empty,
+    /// The bytes hold them.
     Narrow,
     Wide(Vec<i32>),
 }
 
-fn count(steps: &[Step], counters: &mut [i32]) {
-    for &step in steps {
-        counters[usize::from(step as u16)].add((step >> 24) as i8);
+fn count(deltas: &[Delta], counters: &mut [i32]) {
+    for &delta in deltas {
+        counters[usize::from(delta as u16)].add((delta >> 24) as i8);
     }
 }
 
-/// Whether a counter was too small.
+/// Counts in bytes; returns whether one overflowed.
 #[inline(always)]
-fn count_bytes(steps: &[Step], counters: &mut Bytes) -> bool {
+fn count_bytes(deltas: &[Delta], counters: &mut ByteCounters) -> bool {
     let mut wrapped = false;
-    for &step in steps {
-        wrapped |= counters[usize::from(step as u16)].add((step >> 24) as i8);
+    for &delta in deltas {
+        wrapped |= counters[usize::from(delta as u16)].add((delta >> 24) as i8);
     }
     wrapped
 }
@@ -202,11 +205,11 @@ fn count_bytes(steps: &[Step], counters: &mut Bytes) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sweep::frame::Frame;
+    use crate::sweep::frame::AxisFrame;
 
-    /// Adds `n` steps of many kinds, and checks all groups against counters of all.
-    fn check(n: u32, size: u32, one_place: bool) -> [bool; 3] {
-        let frame = Frame {
+    /// Adds `n` varied deltas, and compares all groups with directly computed counters.
+    fn check(n: u32, size: u32, single_row: bool) -> [bool; 3] {
+        let frame = AxisFrame {
             u: 0,
             v: 1,
             w: 2,
@@ -216,63 +219,63 @@ mod tests {
         };
         let tile = Tile { j: 0..12, k: 0..9 };
         let layout = Layout::new(&frame);
-        let mut steps = Steps::default();
-        steps.start(layout, &tile);
+        let mut deltas = DeltaBuffer::default();
+        deltas.reset(layout, &tile);
         let mut expected = vec![0; layout.groups(&tile) * layout.group()];
         for i in 0..n {
-            let row = if one_place { 5 } else { (i * 7) % 108 };
+            let row = if single_row { 5 } else { (i * 7) % 108 };
             let (block, side) = (i % layout.blocks, i as usize % 2);
             let columns: [u32; LANES] = std::array::from_fn(|lane| (i + lane as u32) % 41);
-            let lanes = Lanes {
-                steps: (i * 40_503) as u16,
-                fewer: (i * 977) as u16,
+            let lanes = LaneDeltas {
+                active: (i * 40_503) as u16,
+                negative: (i * 977) as u16,
             };
-            steps.add((row, block), side, &columns, lanes, 2);
-            let (group, first) = layout.place(row, block);
-            for lane in (0..LANES).filter(|lane| lanes.steps >> lane & 1 != 0) {
-                let place = first as usize + columns[lane] as usize * COLUMN + side * LANES + lane;
-                let fewer = lanes.fewer >> lane & 1 != 0;
+            deltas.push((row, block), side, &columns, lanes, 2);
+            let (group, first) = layout.first_slot(row, block);
+            for lane in (0..LANES).filter(|lane| lanes.active >> lane & 1 != 0) {
+                let slot = first as usize + columns[lane] as usize * COLUMN + side * LANES + lane;
+                let negative = lanes.negative >> lane & 1 != 0;
                 if columns[lane] < 40 {
-                    expected[group * layout.group() + place] += if fewer { -2 } else { 2 };
+                    expected[group * layout.group() + slot] += if negative { -2 } else { 2 };
                 }
             }
         }
-        let mut bytes = vec![0; MOST_PLACES].into_boxed_slice();
-        let bytes: &mut Bytes = (&mut *bytes).try_into().unwrap();
+        let mut bytes = vec![0; MAX_GROUP_COUNTERS].into_boxed_slice();
+        let bytes: &mut ByteCounters = (&mut *bytes).try_into().unwrap();
         let mut seen = [false; 3];
         for (group, expected) in expected.chunks_exact(layout.group()).enumerate() {
-            let taken = match steps.take(group, bytes) {
-                Taken::Nothing => {
+            let found = match deltas.accumulate(group, bytes) {
+                GroupCounters::Empty => {
                     seen[0] = true;
                     vec![0; layout.group()]
                 }
-                Taken::Narrow => {
+                GroupCounters::Narrow => {
                     seen[1] = true;
                     let counters = &mut bytes[..layout.group()];
-                    let taken = counters.iter().map(|n| i32::from(*n)).collect();
+                    let found = counters.iter().map(|n| i32::from(*n)).collect();
                     counters.fill(0);
-                    taken
+                    found
                 }
-                Taken::Wide(counters) => {
+                GroupCounters::Wide(counters) => {
                     seen[2] = true;
                     counters
                 }
             };
-            assert!(taken == expected, "{group}");
+            assert!(found == expected, "{group}");
             assert!(bytes.iter().all(|n| *n == 0));
         }
         seen
     }
 
     #[test]
-    fn groups_count_what_was_added() {
+    fn group_counters_equal_the_sum_of_deltas() {
         assert_eq!(check(0, 16, false), [true, false, false]);
         assert_eq!(check(500, 16, false), [false, true, false]);
         assert_eq!(check(500, 40, false), [false, true, false]);
     }
 
     #[test]
-    fn more_than_bytes_hold_and_more_than_groups_keep_is_counted_too() {
+    fn overflowing_bytes_and_full_buffers_are_counted_wide() {
         assert_eq!(check(15_000, 16, true), [true, false, true]);
         assert_eq!(check(60_000, 24, false), [false, false, true]);
     }

@@ -1,23 +1,29 @@
-//! Summation: from differences along a row to the texels of its cells, and their moments.
+//! Summation: from layer counters along a row to the occluded texels of its cells, and their
+//! moments.
 
 use aogrid_bake_core::{FixedTexel, cube_face};
 
 use super::counters::{COLUMN, Counter};
-use super::frame::{Frame, LANES};
-use super::sums::RowSums;
+use super::frame::{AxisFrame, LANES};
+use super::sums::RowMoments;
 
-/// Occluded directions of a cell in one block: those of d in bits 0–15, of −d in 16–31.
+/// The occluded directions of a cell in one block: those of d in bits 0–15, of −d in 16–31.
 pub(super) type Mask = u32;
 
-/// Of the moments: of a [`FixedTexel`], or of several.
-pub(super) type Share = [i32; 4];
+/// The occluded fraction and moment of a [`FixedTexel`], or of several: a, then m along x, y and z.
+pub(super) type TexelMoment = [i32; 4];
 
-/// The shares of the texels that the bits of a [`Mask`] are: zero for lanes beyond the face's
-/// side.
-pub(super) type Texels = [Share; Mask::BITS as usize];
+/// The moments of the texels of one block, one for each bit of a [`Mask`]; zero for lanes beyond
+/// the end of the texel row.
+pub(super) type BlockTexels = [TexelMoment; Mask::BITS as usize];
 
-/// Those of one batch and block.
-pub(super) fn texels(all: &[FixedTexel], frame: &Frame, b: u32, block: usize) -> Texels {
+/// Returns the texels of one batch and block.
+pub(super) fn block_texels(
+    all: &[FixedTexel],
+    frame: &AxisFrame,
+    b: u32,
+    block: usize,
+) -> BlockTexels {
     std::array::from_fn(|bit| {
         let texel = texel_of(frame, b, block, bit).map(|texel| all[texel]);
         let FixedTexel { a, m: [x, y, z] } = texel.unwrap_or_default();
@@ -25,63 +31,65 @@ pub(super) fn texels(all: &[FixedTexel], frame: &Frame, b: u32, block: usize) ->
     })
 }
 
-/// The share of each subset of some texels next to each other: N is 2 to the power of how many
-/// bits are looked up at once. Beyond the last texel there is nothing.
-pub(super) fn subsets<const N: usize>(texels: &Texels, first: usize) -> [Share; N] {
-    let mut shares = [Share::default(); N];
+/// Returns the sum of each subset of consecutive texels; N is 2 to the power of the number of bits
+/// that index the table. Texels past the last count as zero.
+pub(super) fn subset_sums<const N: usize>(texels: &BlockTexels, first: usize) -> [TexelMoment; N] {
+    let mut moments = [TexelMoment::default(); N];
     for bits in 1..N {
-        // All but the lowest bit, and that one.
+        // The subset without its lowest bit, plus the texel of that bit.
         let texel = texels.get(first + bits.trailing_zeros() as usize);
         let [rest, texel] = [
-            shares[bits & (bits - 1)],
+            moments[bits & (bits - 1)],
             texel.copied().unwrap_or_default(),
         ];
-        shares[bits] = std::array::from_fn(|i| rest[i] + texel[i]);
+        moments[bits] = std::array::from_fn(|i| rest[i] + texel[i]);
     }
-    shares
+    moments
 }
 
-/// Bits of a [`Mask`] that are looked up at once: few, so that the tables stay in a core's
-/// first cache with the counters.
-const BITS: usize = 4;
+/// The number of bits of a [`Mask`] that are looked up at a time: few, so that the tables stay in
+/// the L1 cache with the counters.
+const LOOKUP_BITS: usize = 4;
 
-/// The shares of all masks, in parts.
-pub(super) struct Shares([[Share; 1 << BITS]; Mask::BITS as usize / BITS]);
+/// The moments of all masks, as one table for each part of the bits.
+pub(super) struct MaskLookup([[TexelMoment; 1 << LOOKUP_BITS]; Mask::BITS as usize / LOOKUP_BITS]);
 
-impl Shares {
-    pub(super) fn new(texels: &Texels) -> Self {
-        Self(std::array::from_fn(|part| subsets(texels, part * BITS)))
+impl MaskLookup {
+    pub(super) fn new(texels: &BlockTexels) -> Self {
+        Self(std::array::from_fn(|part| {
+            subset_sums(texels, part * LOOKUP_BITS)
+        }))
     }
 
     #[inline(always)]
-    fn of(&self, mask: Mask) -> Share {
-        let mut share = Share::default();
+    fn moment_of(&self, mask: Mask) -> TexelMoment {
+        let mut moment = TexelMoment::default();
         for (idx, table) in self.0.iter().enumerate() {
-            let part = table[(mask >> (idx * BITS)) as usize & ((1 << BITS) - 1)];
-            for (sum, part) in share.iter_mut().zip(part) {
+            let part = table[(mask >> (idx * LOOKUP_BITS)) as usize & ((1 << LOOKUP_BITS) - 1)];
+            for (sum, part) in moment.iter_mut().zip(part) {
                 *sum += part;
             }
         }
-        share
+        moment
     }
 
-    /// Adds to each cell of a row what its mask says. This is what faster ways have to agree
-    /// with.
+    /// Adds the moments of each cell's mask to a row. The SIMD versions are tested against this
+    /// one.
     #[inline(always)]
-    pub(super) fn add(&self, masks: &[Mask], mut sums: RowSums<'_>) {
-        let (mut last, mut count, mut share) = (0, 0, Share::default());
+    pub(super) fn accumulate(&self, masks: &[Mask], mut row_moments: RowMoments<'_>) {
+        let (mut last, mut count, mut moment) = (0, 0, TexelMoment::default());
         for (cell, &mask) in masks.iter().enumerate() {
-            // Neighbours mostly see the same.
+            // Neighbors mostly have the same mask.
             if mask != last {
-                (last, count, share) = (mask, mask.count_ones(), self.of(mask));
+                (last, count, moment) = (mask, mask.count_ones(), self.moment_of(mask));
             }
-            sums.add(cell, count, &share);
+            row_moments.accumulate(cell, count, &moment);
         }
     }
 }
 
-/// Which texel a bit of a [`Mask`] is; none for a lane beyond the face's side.
-pub(super) fn texel_of(frame: &Frame, b: u32, block: usize, bit: usize) -> Option<usize> {
+/// Returns the texel of a bit of a [`Mask`], or `None` for a lane beyond the end of the texel row.
+pub(super) fn texel_of(frame: &AxisFrame, b: u32, block: usize, bit: usize) -> Option<usize> {
     let z = (block * LANES + bit % LANES) as u32;
     let size = frame.size;
     let opposite = |i: u32| size - 1 - i;
@@ -91,13 +99,14 @@ pub(super) fn texel_of(frame: &Frame, b: u32, block: usize, bit: usize) -> Optio
     })
 }
 
-/// The masks of a row's cells from the counters of its strip: running sums that are not zero.
+/// Computes the masks of a row's cells from the counters of its strip: the running sums that are
+/// not zero.
 #[inline(always)]
 pub(super) fn masks<C: Counter>(counters: &[C], masks: &mut [Mask]) {
     let mut layers = [0_i32; COLUMN];
     for (column, mask) in counters.as_chunks::<COLUMN>().0.iter().zip(masks) {
-        for (layers, &step) in layers.iter_mut().zip(column) {
-            *layers += step.into();
+        for (layers, &delta) in layers.iter_mut().zip(column) {
+            *layers += delta.into();
         }
         *mask = 0;
         for (lane, layers) in (0_u32..).zip(&layers) {
@@ -106,14 +115,14 @@ pub(super) fn masks<C: Counter>(counters: &[C], masks: &mut [Mask]) {
     }
 }
 
-/// Whether nothing happens along a row.
+/// Whether a strip has no deltas.
 #[inline(always)]
 pub(super) fn is_zero(counters: &[i8]) -> bool {
-    // All of them, and not up to the first: a machine does sixty-four at once.
+    // No early exit: the whole fold compiles to 64 bytes per instruction.
     counters.iter().fold(0, |bits, n| bits | n) == 0
 }
 
-/// [`masks`] with running sums in bytes; whether some of them were too small for that.
+/// Computes [`masks`] with running sums in bytes; returns whether some may have saturated.
 #[inline(always)]
 pub(super) fn narrow_masks(counters: &[i8], masks: &mut [Mask]) -> bool {
     let mut layers = [0_i8; COLUMN];
@@ -137,7 +146,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bytes_give_the_same_masks_or_say_that_they_are_too_small() {
+    fn narrow_masks_match_wide_masks_or_report_overflow() {
         let mut state = 7_u32;
         let mut next = || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -152,15 +161,15 @@ mod tests {
             (found[0] == found[1], too_small)
         };
         // Lane 5 goes up and down by 126.
-        for (column, steps) in strip.as_chunks_mut::<COLUMN>().0.iter_mut().enumerate() {
-            steps[5] = [126, -126][column % 2];
+        for (column, deltas) in strip.as_chunks_mut::<COLUMN>().0.iter_mut().enumerate() {
+            deltas[5] = [126, -126][column % 2];
         }
         assert_eq!(both(&strip), (true, false));
         strip[5] = 127;
         assert!(both(&strip).1);
-        // Down twice, up twice: open again, where bytes have lost count.
-        for (column, step) in [-126, -126, 126, 126].into_iter().enumerate() {
-            strip[column * COLUMN + 5] = step;
+        // Down twice, up twice: unoccluded again, which saturated bytes have lost.
+        for (column, delta) in [-126, -126, 126, 126].into_iter().enumerate() {
+            strip[column * COLUMN + 5] = delta;
         }
         assert_eq!(both(&strip), (false, true));
     }

@@ -1,115 +1,125 @@
-//! Sums: what cells add up to, in a tile and in the whole grid.
+//! Moments: integer sums of occluded texels, for the cells of a tile and of the whole grid.
 //!
-//! Both keep one quantity after the other, so that those of neighbours are next to each other.
-//! Sums are whole numbers ([`FaceSums`]): no order of adding matters.
+//! Both store one quantity after the other, so that those of neighboring cells are contiguous. The
+//! sums are whole numbers ([`FaceSums`]), so the order of addition does not matter.
 
 use aogrid_bake_core::{FaceSums, Moments};
 use rayon::prelude::*;
 
 use super::counters::Tile;
-use super::frame::{Frame, LANES};
-use super::summation::Share;
+use super::frame::{AxisFrame, LANES};
+use super::summation::TexelMoment;
 
-/// What is summed: occluded texels, and their shares of the moments.
+/// The number of summed quantities: occluded texels, and the four components of their moments.
 const QUANTITIES: usize = 5;
 
-/// Those of a tile's cells, by row, then quantity, then cell.
+/// The moments of a tile's cells, by row, then quantity, then cell.
 #[derive(Default)]
-pub(super) struct Sums {
-    of: Vec<i32>,
-    /// Cells along a row, and up to a multiple of [`LANES`].
+pub(super) struct TileMoments {
+    values: Vec<i32>,
+    /// Cells along a row, rounded up to a multiple of [`LANES`].
     stride: usize,
 }
 
-/// Those of a row's cells.
-pub(super) struct RowSums<'a>(pub [&'a mut [i32]; QUANTITIES]);
+/// The moments of a row's cells.
+pub(super) struct RowMoments<'a>(pub [&'a mut [i32]; QUANTITIES]);
 
-impl Sums {
-    /// Before a tile is begun, or gone on with. All sums are zero if it is begun.
-    pub(super) fn of_tile(&mut self, frame: &Frame, tile: &Tile) {
+impl TileMoments {
+    /// Reserves space for a tile, before it is started or resumed. All sums are zero at its start.
+    pub(super) fn reserve_tile(&mut self, frame: &AxisFrame, tile: &Tile) {
         self.stride = (frame.n[0] as usize).next_multiple_of(LANES);
         let n = tile.rows() * QUANTITIES * self.stride;
-        self.of.resize(self.of.len().max(n), 0);
+        self.values.resize(self.values.len().max(n), 0);
     }
 
     #[inline(always)]
-    pub(super) fn row(&mut self, row: usize) -> RowSums<'_> {
+    pub(super) fn row(&mut self, row: usize) -> RowMoments<'_> {
         let n = QUANTITIES * self.stride;
-        let mut quantities = self.of[row * n..][..n].chunks_exact_mut(self.stride);
-        RowSums(std::array::from_fn(|_| {
-            quantities.next().expect("there are five")
+        let mut quantities = self.values[row * n..][..n].chunks_exact_mut(self.stride);
+        RowMoments(std::array::from_fn(|_| {
+            quantities.next().expect("a row has five quantities")
         }))
     }
 }
 
-impl RowSums<'_> {
+impl RowMoments<'_> {
     #[inline(always)]
-    pub(super) fn add(&mut self, cell: usize, count: u32, share: &Share) {
-        let [counts, shares @ ..] = &mut self.0;
+    pub(super) fn accumulate(&mut self, cell: usize, count: u32, moment: &TexelMoment) {
+        let [counts, moments @ ..] = &mut self.0;
         counts[cell] += count.cast_signed();
-        for (sums, share) in shares.iter_mut().zip(share) {
-            sums[cell] += share;
+        for (values, moment) in moments.iter_mut().zip(moment) {
+            values[cell] += moment;
         }
     }
 }
 
-/// Those of all cells of a grid.
+/// The moments of all cells of a grid.
 #[derive(Default)]
-pub(super) struct Totals {
-    of: [Vec<i32>; QUANTITIES],
-    /// Between neighbours along x, y and z.
+pub(super) struct GridMoments {
+    values: [Vec<i32>; QUANTITIES],
+    /// The strides between neighbors along x, y and z.
     strides: [usize; 3],
 }
 
-/// Sums between the layers of a grid. Rows that are a power of two apart would drive each other
-/// out of a core's first cache.
-const GAP: usize = 16;
+/// The padding between the layers of a grid. Rows at power-of-two distances would evict each other
+/// from the L1 cache.
+const LAYER_PADDING: usize = 16;
 
-impl Totals {
-    /// All zero.
-    pub(super) fn start(&mut self, resolution: [u32; 3]) {
+impl GridMoments {
+    /// Resets all moments to zero.
+    pub(super) fn reset(&mut self, resolution: [u32; 3]) {
         let [n_x, n_y, n_z] = resolution.map(|n| n as usize);
-        let layer = n_x * n_y + GAP;
+        let layer = n_x * n_y + LAYER_PADDING;
         self.strides = [1, n_x, layer];
-        for of in &mut self.of {
-            of.clear();
-            of.resize(layer * n_z, 0);
+        for values in &mut self.values {
+            values.clear();
+            values.resize(layer * n_z, 0);
         }
     }
 
-    /// Adds those of a tile, and leaves them zero.
-    pub(super) fn take(&mut self, frame: &Frame, tile: &Tile, sums: &mut Sums) {
+    /// Adds the moments of a tile, and leaves those zero.
+    pub(super) fn accumulate(
+        &mut self,
+        frame: &AxisFrame,
+        tile: &Tile,
+        tile_moments: &mut TileMoments,
+    ) {
         let [along_u, along_v, along_w] =
             [frame.u, frame.v, frame.w].map(|axis| self.strides[axis]);
         let rows = |j: u32, k: u32| {
             let first = k as usize * along_w + j as usize * along_v;
-            (tile.row(j, k).expect("it is of the tile"), first)
+            (tile.row(j, k).expect("the tile contains the row"), first)
         };
-        let mut take = |(row, first): (u32, usize)| {
-            for (all, sums) in self.of.iter_mut().zip(sums.row(row as usize).0) {
-                add(&mut all[first..], along_u, &mut sums[..frame.n[0] as usize]);
+        let mut drain_row = |(row, first): (u32, usize)| {
+            for (all, row_values) in self.values.iter_mut().zip(tile_moments.row(row as usize).0) {
+                drain_strided(
+                    &mut all[first..],
+                    along_u,
+                    &mut row_values[..frame.n[0] as usize],
+                );
             }
         };
-        // One row after the other that is near it in the grid.
+        // Adjacent rows of the grid are visited one after the other.
         let (js, ks) = (tile.j.clone(), tile.k.clone());
         match along_v < along_w {
-            true => ks.for_each(|k| js.clone().for_each(|j| take(rows(j, k)))),
-            false => js.for_each(|j| ks.clone().for_each(|k| take(rows(j, k)))),
+            true => ks.for_each(|k| js.clone().for_each(|j| drain_row(rows(j, k)))),
+            false => js.for_each(|j| ks.clone().for_each(|k| drain_row(rows(j, k)))),
         }
     }
 
-    /// The moments of all cells, x fastest, and how many texels are occluded, of `directions`.
+    /// Returns the moments of all cells, x fastest, and the number of occluded texels of each, out
+    /// of `directions`.
     pub(super) fn moments(&self, directions: u32) -> (Vec<Moments>, Vec<u32>) {
         let layer = self.strides[2];
-        let n_cells = self.of[0].len() / layer * (layer - GAP);
+        let n_cells = self.values[0].len() / layer * (layer - LAYER_PADDING);
         let mut moments = vec![Moments::default(); n_cells];
         let mut counts = vec![0; n_cells];
         let layers = moments
-            .par_chunks_mut(layer - GAP)
-            .zip(counts.par_chunks_mut(layer - GAP))
+            .par_chunks_mut(layer - LAYER_PADDING)
+            .zip(counts.par_chunks_mut(layer - LAYER_PADDING))
             .enumerate();
         layers.for_each(|(z, (moments, counts))| {
-            let [count, a, x, y, z] = self.of.each_ref().map(|of| &of[z * layer..]);
+            let [count, a, x, y, z] = self.values.each_ref().map(|values| &values[z * layer..]);
             let sums = count.iter().zip(a).zip(x.iter().zip(y).zip(z));
             let cells = moments.iter_mut().zip(counts);
             for ((moments, into), ((&count, &a), ((&x, &y), &z))) in cells.zip(sums) {
@@ -123,17 +133,17 @@ impl Totals {
     }
 }
 
-/// Adds sums to every `stride`-th of others, and leaves them zero.
+/// Adds values to every `stride`-th of others, and leaves them zero.
 #[inline(always)]
-fn add(all: &mut [i32], stride: usize, sums: &mut [i32]) {
+fn drain_strided(all: &mut [i32], stride: usize, values: &mut [i32]) {
     if stride == 1 {
-        // The same, for a compiler that would not see it.
-        for (all, sum) in all.iter_mut().zip(sums) {
-            *all += std::mem::take(sum);
+        // The same loop with a constant stride, which the compiler vectorizes.
+        for (all, value) in all.iter_mut().zip(values) {
+            *all += std::mem::take(value);
         }
     } else {
-        for (all, sum) in all.iter_mut().step_by(stride).zip(sums) {
-            *all += std::mem::take(sum);
+        for (all, value) in all.iter_mut().step_by(stride).zip(values) {
+            *all += std::mem::take(value);
         }
     }
 }

@@ -1,28 +1,27 @@
-//! What everything that shades is judged against: occlusion and light at points, by rays through
-//! the whole scene.
+//! The path-traced reference: occlusion and light at points, by rays through the whole scene.
 //!
 //! # Theory
 //!
-//! The occlusion of a receiver is (1/π) ∫ hidden(ω) (n·ω) dω over its hemisphere (RR-5779
-//! eq. 2). Directions with density (n·ω)/π make it the mean of `hidden`. They come from a
-//! jittered grid in the unit square, mapped to the disk without tearing (Shirley and Chiu,
-//! *A Low Distortion Map Between Disk and Square*, JGT 1997) and lifted to the hemisphere. What
-//! varies is then only in strata that a silhouette crosses, and the error falls with the samples'
-//! number to the power of −¾, not −½.
+//! The occlusion of a receiver is (1/π) ∫ occluded(ω) (n·ω) dω over its hemisphere (RR-5779
+//! eq. 2). Directions with density (n·ω)/π make it the mean of `occluded`. The directions come
+//! from a jittered grid in the unit square, mapped continuously to the disk (Shirley and Chiu,
+//! *A Low Distortion Map Between Disk and Square*, JGT 1997) and lifted to the hemisphere. Only
+//! the strata that a silhouette crosses then contribute variance, and the error falls with the
+//! number of samples to the power of −¾, not −½.
 //!
-//! Every stratum gets two samples, whose difference estimates its variance without bias: the
-//! standard error costs a fifth of precision against one sample a stratum, and can be believed.
+//! Every stratum gets two samples, whose difference is an unbiased estimate of its variance. This
+//! loses a fifth of the precision of one sample per stratum, but gives a reliable standard error.
 //!
-//! Light is the mean radiance that arrives, irradiance over π: what a white surface reflects.
-//! Of an [`Environment`] it is taken from the same rays up to a multiple of the map's mean; what
-//! is brighter, the sun and lamps, is sampled by itself, so that no bright texel is found by
-//! chance. An [`AreaLight`] is sampled over its surface.
+//! Light is the mean incident radiance, irradiance over π, which is what a white surface
+//! reflects. The radiance of an [`Environment`] up to a multiple of the map's mean comes from the
+//! same rays. The excess of brighter texels, such as the sun and lamps, is importance-sampled, so
+//! that no bright texel is found by chance alone. An [`AreaLight`] is sampled over its surface.
 //!
 //! # Practice
 //!
-//! [`shade`] takes an [`Occluder`] over all that casts, in world space, and [`Receiver`]s: list
-//! or pixels. [`reflect`] does the same for glossy receivers, [`Lobe`]s. Random numbers depend on
-//! the seed and the receiver's index alone.
+//! [`shade`] takes one [`Occluder`] over all casting geometry, in world space, and a list of
+//! [`Receiver`]s, such as the pixels of a picture. [`reflect`] does the same for glossy
+//! receivers, [`Lobe`]s. Random numbers depend on the seed and the receiver's index alone.
 
 mod area_light;
 mod environment;
@@ -41,70 +40,73 @@ use rayon::prelude::*;
 
 use crate::Occluder;
 use reflection::Reflection;
-use strata::{Frame, Strata, Tally};
+use strata::{Accumulator, Random, Strata};
 
-/// A point of a surface, in world space. Rays start exactly there: what lies on a surface that
-/// casts should be lifted off it a little.
+/// A point of a surface, in world space.
+///
+/// Rays start exactly there. Offset the point along the normal a little if its surface is also an
+/// occluder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Receiver {
-    /// Where.
+    /// The position, in world space.
     pub position: [f64; 3],
-    /// Away from the surface, of length 1.
+    /// The surface normal, of length 1.
     pub normal: [f64; 3],
 }
 
-/// How truth is found. No default: [`TruthOptions::recommended`] is a choice.
+/// The options of the reference. There is no default; [`TruthOptions::recommended`] is one choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TruthOptions {
-    /// Rays a receiver, at least: rounded up to twice a square. A tenth of it goes again to each
-    /// light that is sampled by itself.
+    /// The minimum number of rays per receiver, rounded up to twice a square. An eighth as many are
+    /// added for each light that is sampled separately.
     pub samples: u32,
-    /// Of the random numbers.
+    /// The seed of the random numbers.
     pub seed: u64,
-    /// What is farther than this, in world units, does not hide the sky; none: unlimited.
+    /// The distance, in world units, beyond which geometry does not occlude the sky; `None` for
+    /// unlimited. Shadow rays to an area light ignore it.
     pub max_distance: Option<f64>,
 }
 
-/// What lights a scene besides what its surfaces reflect.
+/// The light sources of a scene. Light between its surfaces is not included.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Lighting<'a> {
-    /// Radiance from everywhere.
+    /// The constant radiance from all directions.
     pub ambient: [f32; 3],
-    /// What surrounds everything.
+    /// The environment map.
     pub environment: Option<&'a Environment>,
-    /// Direct light.
+    /// An area light.
     pub area_light: Option<AreaLight>,
 }
 
-/// A number and how far off it may be.
+/// An estimated mean and its standard error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
     /// The mean over the samples.
     pub mean: f32,
-    /// The standard deviation that such a mean has.
+    /// The estimated standard deviation of the mean.
     pub standard_error: f32,
 }
 
-/// What a receiver gets.
+/// The occlusion and light of a receiver.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shade {
-    /// AO: 0 open, 1 hidden. Of a lobe: how much of it is hidden.
+    /// AO: 0 open, 1 fully occluded. For a lobe, its occluded share.
     pub occlusion: Estimate,
     /// The radiance that a white surface reflects: red, green, blue.
     pub light: [Estimate; 3],
 }
 
-/// Why there is no truth.
+/// The reason that the reference was not computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TruthError {
-    /// The observer broke it off.
+    /// The observer cancelled.
     #[error("the rendering was cancelled")]
     Cancelled,
 }
 
 impl TruthOptions {
-    /// 8,192 rays a receiver, whose error is well below 0.001 in most scenes.
+    /// Returns 8,192 rays per receiver, whose error is well below 0.001 in most scenes.
     pub fn recommended() -> Self {
         Self {
             samples: 8192,
@@ -114,12 +116,14 @@ impl TruthOptions {
     }
 }
 
-/// Shades every receiver, a diffuse one, on all threads of the pool; `occluder` is none where
-/// nothing casts. The same input gives the same bits, for any number of threads.
+/// Shades diffuse receivers, on all threads of the pool.
+///
+/// `occluder` is `None` for a scene without casting geometry. The result is bit-identical for any
+/// number of threads.
 ///
 /// # Errors
 ///
-/// Cancellation.
+/// The observer cancelled.
 pub fn shade(
     occluder: Option<&Occluder>,
     receivers: &[Receiver],
@@ -127,14 +131,14 @@ pub fn shade(
     options: &TruthOptions,
     observer: Observer<'_>,
 ) -> Result<Vec<Shade>, TruthError> {
-    Shader::new(occluder, lighting, options).shade_all(receivers, options.seed, observer)
+    Integrator::new(occluder, lighting, options).shade_all(receivers, options.seed, observer)
 }
 
-/// [`shade`] for glossy receivers.
+/// Shades glossy receivers; see [`shade`].
 ///
 /// # Errors
 ///
-/// Cancellation.
+/// The observer cancelled.
 pub fn reflect(
     occluder: Option<&Occluder>,
     lobes: &[Lobe],
@@ -142,20 +146,20 @@ pub fn reflect(
     options: &TruthOptions,
     observer: Observer<'_>,
 ) -> Result<Vec<Shade>, TruthError> {
-    Shader::new(occluder, lighting, options).shade_all(lobes, options.seed, observer)
+    Integrator::new(occluder, lighting, options).shade_all(lobes, options.seed, observer)
 }
 
-/// What is the same for all receivers.
-struct Shader<'a> {
+/// The scene and sampling, shared by all receivers.
+struct Integrator<'a> {
     occluder: Option<&'a Occluder>,
     lighting: &'a Lighting<'a>,
     strata: Strata,
-    /// For lights that are sampled by themselves.
-    few_strata: Strata,
-    reach: f64,
+    /// The strata of the lights that are sampled separately.
+    light_strata: Strata,
+    max_distance: f64,
 }
 
-impl<'a> Shader<'a> {
+impl<'a> Integrator<'a> {
     fn new(
         occluder: Option<&'a Occluder>,
         lighting: &'a Lighting<'a>,
@@ -165,11 +169,12 @@ impl<'a> Shader<'a> {
             occluder,
             lighting,
             strata: Strata::of_samples(options.samples),
-            few_strata: Strata::of_samples(options.samples / 8),
-            reach: options.max_distance.unwrap_or(f64::INFINITY),
+            light_strata: Strata::of_samples(options.samples / 8),
+            max_distance: options.max_distance.unwrap_or(f64::INFINITY),
         }
     }
 
+    /// Shades all receivers in parallel, each with its own random stream.
     fn shade_all<R: Sync>(
         &self,
         receivers: &[R],
@@ -185,7 +190,7 @@ impl<'a> Shader<'a> {
             .par_iter()
             .enumerate()
             .map(|(idx, receiver)| {
-                let random = Frame::random(seed, idx as u64);
+                let random = Random::of_receiver(seed, idx as u64);
                 let shade = self.shade(&Reflection::from(receiver), random);
                 let done = 1 + done.fetch_add(1, Ordering::Relaxed);
                 match observer(Progress { done, total }) {
@@ -196,16 +201,18 @@ impl<'a> Shader<'a> {
             .collect()
     }
 
-    fn shade(&self, receiver: &Reflection, mut random: strata::Random) -> Shade {
-        let sky = self.open_sky(receiver, &mut random);
-        let (means, mut variances) = (sky.means(), sky.variances());
+    /// Shades one receiver.
+    fn shade(&self, receiver: &Reflection, mut random: Random) -> Shade {
+        let hemisphere = self.hemisphere(receiver, &mut random);
+        let (means, mut variances) = (hemisphere.means(), hemisphere.variances());
         let mut light = [means[1], means[2], means[3]];
+        // The estimates are independent, so that their variances add.
         let sampled = [
-            self.bright_sky(receiver, &mut random),
+            self.bright_texels(receiver, &mut random),
             self.area_light(receiver, &mut random),
         ];
-        for tally in sampled.into_iter().flatten() {
-            let (means, more) = (tally.means(), tally.variances());
+        for estimates in sampled.into_iter().flatten() {
+            let (means, more) = (estimates.means(), estimates.variances());
             for x in 0..3 {
                 light[x] += means[x];
                 variances[1 + x] += more[x];
@@ -221,58 +228,64 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// Occlusion, then the light of the open directions but for the brightest.
-    fn open_sky(&self, receiver: &Reflection, random: &mut strata::Random) -> Tally<4> {
-        self.strata.tally(random, |square| {
+    /// Estimates the occlusion, then the three colors of the ambient light and of the environment
+    /// up to its cap, over the receiver's hemisphere or lobe.
+    fn hemisphere(&self, receiver: &Reflection, random: &mut Random) -> Accumulator<4> {
+        self.strata.accumulate(random, |square| {
             let Some((direction, weight)) = receiver.sample(square) else {
                 return [0.0; 4];
             };
-            if self.hides(receiver, direction, self.reach) {
+            if self.is_occluded(receiver, direction, self.max_distance) {
                 return [weight, 0.0, 0.0, 0.0];
             }
             let mut light = self.lighting.ambient.map(f64::from);
             if let Some(environment) = self.lighting.environment {
-                let sky = environment.base(direction);
+                let sky = environment.capped_radiance(direction);
                 light = std::array::from_fn(|x| light[x] + sky[x]);
             }
             [0.0, light[0], light[1], light[2]].map(|v| weight * v)
         })
     }
 
-    /// The light of the environment's brightest texels, in so far as they are too bright.
-    fn bright_sky(&self, receiver: &Reflection, random: &mut strata::Random) -> Option<Tally<3>> {
+    /// Estimates the light of the environment above its cap.
+    fn bright_texels(&self, receiver: &Reflection, random: &mut Random) -> Option<Accumulator<3>> {
         let bright = self.lighting.environment?.bright()?;
-        Some(self.few_strata.tally(random, |square| {
+        Some(self.light_strata.accumulate(random, |square| {
             let (direction, radiance_over_density) = bright.sample(square);
             let weight = receiver.density(direction);
-            match weight > 0.0 && !self.hides(receiver, direction, self.reach) {
+            match weight > 0.0 && !self.is_occluded(receiver, direction, self.max_distance) {
                 true => radiance_over_density.map(|v| v * weight),
                 false => [0.0; 3],
             }
         }))
     }
 
-    fn area_light(&self, receiver: &Reflection, random: &mut strata::Random) -> Option<Tally<3>> {
+    /// Estimates the light of the area light.
+    fn area_light(&self, receiver: &Reflection, random: &mut Random) -> Option<Accumulator<3>> {
         let light = self.lighting.area_light.as_ref()?;
-        Some(self.few_strata.tally(random, |square| {
+        Some(self.light_strata.accumulate(random, |square| {
             let Some((towards, irradiance)) = light.sample(square, receiver.position.into()) else {
                 return [0.0; 3];
             };
             let distance = towards.length();
             let weight = receiver.density(towards / distance);
-            match weight == 0.0 || self.hides(receiver, towards, distance * BEFORE_THE_LIGHT) {
+            match weight == 0.0
+                || self.is_occluded(receiver, towards, distance * SHADOW_RAY_FRACTION)
+            {
                 true => [0.0; 3],
                 false => irradiance.map(|v| v * weight),
             }
         }))
     }
 
-    fn hides(&self, receiver: &Reflection, direction: DVec3, reach: f64) -> bool {
+    /// Whether a ray from the receiver is occluded.
+    fn is_occluded(&self, receiver: &Reflection, direction: DVec3, max_distance: f64) -> bool {
         let direction = direction.to_array();
         self.occluder
-            .is_some_and(|occluder| occluder.hides(receiver.position, direction, reach))
+            .is_some_and(|occluder| occluder.hides(receiver.position, direction, max_distance))
     }
 }
 
-/// A lamp's own housing, flush with the light, is not in its way.
-const BEFORE_THE_LIGHT: f64 = 1.0 - 1e-6;
+/// The length of a shadow ray as a fraction of the distance to the light, so that a lamp's housing
+/// flush with the light does not occlude it.
+const SHADOW_RAY_FRACTION: f64 = 1.0 - 1e-6;

@@ -1,4 +1,4 @@
-//! Structures as shaders see them; their layout is asserted against naga's.
+//! Mirror structs of the ray shaders; their layout is asserted against naga's.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -11,7 +11,7 @@ pub(super) struct Scene {
     pub first_cell: u32,
     pub n_cells: u32,
     pub n_nodes: u32,
-    pub reach: f32,
+    pub max_distance: f32,
     pub key: [u32; 8],
     pub n_triangles: u32,
     pub padding: [u32; 3],
@@ -26,7 +26,7 @@ mod tests {
     use crate::layout_test::assert_layout;
 
     #[test]
-    fn structures_are_laid_out_as_shaders_see_them() {
+    fn mirror_structs_have_the_layout_of_the_shaders() {
         let shaders = crate::shaders();
         let shader = shaders
             .iter()
@@ -38,7 +38,7 @@ mod tests {
             ("first_cell", offset_of!(Scene, first_cell)),
             ("n_cells", offset_of!(Scene, n_cells)),
             ("n_nodes", offset_of!(Scene, n_nodes)),
-            ("reach", offset_of!(Scene, reach)),
+            ("max_distance", offset_of!(Scene, max_distance)),
             ("key", offset_of!(Scene, key)),
             ("n_triangles", offset_of!(Scene, n_triangles)),
         ];

@@ -1,4 +1,4 @@
-//! Cells whose rays are cast together: dispatched, read back, and made into moments.
+//! Batches of cells whose rays are cast together: dispatched, read back, and turned into moments.
 
 use aogrid_bake_core::cube_face::texels;
 use aogrid_bake_core::{BakeOptions, FaceBits, FaceSums, Moments, RawGrid, fixed_texels};
@@ -8,66 +8,71 @@ use rand_chacha::rand_core::SeedableRng;
 use wgpu::{Buffer, BufferUsages};
 
 use super::gpu_data::Scene;
-use super::shaders::{FACE_SUMS, RANDOM_SUMS, TEXELS};
+use super::shaders::{FACE_SUMS, MONTE_CARLO_SUMS, TEXELS_PER_WORKGROUP};
 use super::{UploadedTree, Variant};
 use crate::kernel::Kernel;
 use crate::shaders::WORKGROUP;
-use crate::work::{Extent, Work};
+use crate::work::{Extent, Submitter};
 use crate::{BakeError, Context};
 
-/// Cells that are read back at a time, at most.
-const MOST_CELLS: usize = 1 << 20;
+/// The largest number of cells that are read back together.
+const MAX_BATCH_CELLS: usize = 1 << 20;
 
-/// What a ray costs, about, see [`Pace`](crate::pace::Pace): visits of nodes.
-const VISITS: f64 = 100.0;
+/// The approximate cost of a ray in visited nodes, see [`SubmissionPacer`](crate::pace::SubmissionPacer).
+const RAY_UNITS: f64 = 100.0;
 
-/// Steps in 1 of a random direction's component.
-const STEPS: f64 = (1_u32 << 30) as f64;
+/// The fixed-point representation of 1 in the components of Monte Carlo directions.
+const FIXED_POINT_ONE: f64 = (1_u32 << 30) as f64;
 
-/// One kind of cells, ready to be dispatched.
-pub(super) struct Job<'a> {
+/// A batch of cells to cast rays for.
+pub(super) struct RayBatch<'a> {
     pub variant: Variant,
     pub directions: bool,
     pub scene: Scene,
     pub spec: &'a GridSpec,
-    /// Between the samples and the sums.
+    /// The buffers that are bound between the sample positions and the sums.
     pub tables: Vec<Buffer>,
 }
 
-impl Job<'_> {
-    fn sums(&self) -> usize {
+impl RayBatch<'_> {
+    fn numbers_per_cell(&self) -> usize {
         match self.variant {
-            Variant::Random => RANDOM_SUMS,
+            Variant::MonteCarlo => MONTE_CARLO_SUMS,
             Variant::Faces | Variant::FacesWithBits | Variant::Naive => FACE_SUMS,
         }
     }
 
-    fn words_of_bits(&self) -> usize {
+    fn bit_words_per_cell(&self) -> usize {
         match self.variant {
             Variant::FacesWithBits => self.scene.n_directions.div_ceil(u32::BITS) as usize,
-            Variant::Faces | Variant::Random | Variant::Naive => 0,
+            Variant::Faces | Variant::MonteCarlo | Variant::Naive => 0,
         }
     }
 
-    pub(super) fn cells_at_once(&self, context: &Context) -> usize {
+    /// Returns the largest number of cells in a batch whose results fit a buffer binding.
+    pub(super) fn max_cells(&self, context: &Context) -> usize {
         let limit = context.device.limits().max_storage_buffer_binding_size as usize;
-        MOST_CELLS.min(limit / (4 * self.words_of_bits().max(self.sums())))
+        MAX_BATCH_CELLS.min(limit / (4 * self.bit_words_per_cell().max(self.numbers_per_cell())))
     }
 
-    /// The sums of the cells, and their bits where they are asked for.
+    /// Casts the rays and returns the sums of the cells, and their bits if the variant has them.
     pub(super) fn cast(
         &self,
-        work: &mut Work<'_>,
+        submitter: &mut Submitter<'_>,
         kernel: &Kernel,
         mesh: &UploadedTree,
     ) -> Result<Vec<Vec<u32>>, BakeError> {
         let n = self.scene.n_cells as usize;
-        let frame = bytemuck::bytes_of(&self.scene);
-        let scene = work.upload("scene", BufferUsages::UNIFORM, frame);
-        let results = [n * self.sums() * 4, n * self.words_of_bits() * 4];
-        let buffers = results.map(|bytes| {
+        let bytes = bytemuck::bytes_of(&self.scene);
+        let scene = submitter.upload("scene", BufferUsages::UNIFORM, bytes);
+        let result_bytes = [
+            n * self.numbers_per_cell() * 4,
+            n * self.bit_words_per_cell() * 4,
+        ];
+        let buffers = result_bytes.map(|bytes| {
             let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
-            work.context()
+            submitter
+                .context()
                 .device
                 .create_buffer(&wgpu::BufferDescriptor {
                     label: Some("sums"),
@@ -82,8 +87,9 @@ impl Job<'_> {
         if matches!(self.variant, Variant::Faces | Variant::FacesWithBits) {
             bindings.push(&buffers[1]);
         }
-        let bound = work.bind(kernel, &bindings);
+        let bindings = submitter.bind(kernel, &bindings);
         let rays = f64::from(self.scene.n_directions);
+        // The naive kernel has an invocation per cell, the others at least a workgroup.
         let (n, units) = match self.variant {
             Variant::Naive => {
                 let cells = f64::from(WORKGROUP);
@@ -93,54 +99,59 @@ impl Job<'_> {
                     cells * rays * triangles,
                 )
             }
-            _ => (self.scene.n_cells, rays * VISITS),
+            _ => (self.scene.n_cells, rays * RAY_UNITS),
         };
         let y = match self.variant {
-            Variant::Faces | Variant::FacesWithBits => self.scene.n_directions.div_ceil(TEXELS),
-            Variant::Random | Variant::Naive => 1,
+            Variant::Faces | Variant::FacesWithBits => {
+                self.scene.n_directions.div_ceil(TEXELS_PER_WORKGROUP)
+            }
+            Variant::MonteCarlo | Variant::Naive => 1,
         };
-        work.dispatch(kernel, &bound, Extent { n, y, z: 1, units })?;
-        let wanted: Vec<_> = buffers
+        submitter.dispatch(kernel, &bindings, Extent { n, y, z: 1, units })?;
+        let used: Vec<_> = buffers
             .iter()
-            .zip(results)
+            .zip(result_bytes)
             .filter(|(_, bytes)| *bytes > 0)
             .map(|(buffer, bytes)| (buffer, bytes as u64))
             .collect();
-        let read = work.read(&wanted)?;
+        let read = submitter.read(&used)?;
         Ok(read
             .iter()
             .map(|b| bytemuck::pod_collect_to_vec(b))
             .collect())
     }
 
-    pub(super) fn take(&self, sums: &[u32], raw: &mut RawGrid) {
+    /// Appends the counts and moments of this batch's cells to a grid.
+    pub(super) fn append_moments(&self, sums: &[u32], raw: &mut RawGrid) {
         let n = self.scene.n_cells as usize;
         for cell in 0..n {
-            let of = |plane: usize| sums[plane * n + cell];
-            raw.counts.push(of(0));
+            let number = |plane: usize| sums[plane * n + cell];
+            raw.counts.push(number(0));
             raw.moments.push(match self.variant {
-                Variant::Random => self.random_moments(of),
+                Variant::MonteCarlo => self.monte_carlo_moments(number),
                 _ => FaceSums {
-                    count: of(0),
-                    a: of(1).cast_signed(),
-                    m: [2, 3, 4].map(|plane| of(plane).cast_signed()),
+                    count: number(0),
+                    a: number(1).cast_signed(),
+                    m: [2, 3, 4].map(|plane| number(plane).cast_signed()),
                 }
                 .moments(self.scene.n_directions),
             });
         }
     }
 
-    fn random_moments(&self, of: impl Fn(usize) -> u32) -> Moments {
-        let (count, rays) = (f64::from(of(0)), f64::from(self.scene.n_directions));
+    /// Returns the moments of a cell; `number` gives the cell's number in each plane of the sums.
+    fn monte_carlo_moments(&self, number: impl Fn(usize) -> u32) -> Moments {
+        let (count, rays) = (f64::from(number(0)), f64::from(self.scene.n_directions));
         let mean = |plane: usize| {
-            let sum = f64::from(of(plane + 3)) * (u32::MAX as f64 + 1.0) + f64::from(of(plane));
-            // Each of the summands was one more.
-            ((sum / STEPS - count) / rays) as f32
+            let sum =
+                f64::from(number(plane + 3)) * (u32::MAX as f64 + 1.0) + f64::from(number(plane));
+            // The shader adds 1 to each summand to keep it positive.
+            ((sum / FIXED_POINT_ONE - count) / rays) as f32
         };
-        let is_full = of(0) == self.scene.n_directions;
+        let is_full = number(0) == self.scene.n_directions;
         Moments {
             a: (count / rays) as f32,
-            // Every direction hidden is the whole sphere, which points nowhere.
+            // If every direction is occluded, the exact moment 1 is zero: that of the full sphere.
             m: match is_full || !self.directions {
                 true => [0.0; 3],
                 false => [1, 2, 3].map(mean),
@@ -148,9 +159,11 @@ impl Job<'_> {
         }
     }
 
-    pub(super) fn take_bits(&self, words: &[u32], first: usize, bits: &mut FaceBits) {
+    /// Stores the bits of this batch's cells, the first of which is cell `first` of the grid.
+    pub(super) fn store_bits(&self, words: &[u32], first: usize, bits: &mut FaceBits) {
+        let n_words = self.bit_words_per_cell();
         for (idx, &word) in words.iter().enumerate() {
-            let (cell, word_idx) = (idx / self.words_of_bits(), idx % self.words_of_bits());
+            let (cell, word_idx) = (idx / n_words, idx % n_words);
             debug_assert!(first + cell < self.spec.cell_count());
             for bit in (0..u32::BITS as usize).filter(|bit| word >> bit & 1 != 0) {
                 bits.set(first + cell, word_idx * u32::BITS as usize + bit);
@@ -159,13 +172,14 @@ impl Job<'_> {
     }
 }
 
+/// Returns the uniforms of a bake, without the range of cells of a batch.
 pub(super) fn scene(mesh: &UploadedTree, options: &BakeOptions) -> Scene {
     let seed = match options.method {
         Method::Rays { seed, .. } => seed,
         Method::Faces { .. } => 0,
     };
     let key = ChaCha8Rng::seed_from_u64(seed).get_seed();
-    // Farther than anything on the lattice, and still a number after it is multiplied.
+    // Farther than anything on the lattice, and small enough that products of it stay finite.
     let unlimited = (1_u64 << 33) as f32;
     Scene {
         cells: mesh.spec.resolution(),
@@ -173,7 +187,7 @@ pub(super) fn scene(mesh: &UploadedTree, options: &BakeOptions) -> Scene {
         first_cell: 0,
         n_cells: 0,
         n_nodes: mesh.n_nodes,
-        reach: options
+        max_distance: options
             .max_distance
             .map_or(unlimited, |d| (f64::from(d) * mesh.scale) as f32)
             .min(unlimited),
@@ -185,8 +199,8 @@ pub(super) fn scene(mesh: &UploadedTree, options: &BakeOptions) -> Scene {
     }
 }
 
-/// Directions and shares of texels; random directions need none.
-pub(super) fn tables(work: &Work<'_>, method: Method) -> Vec<Buffer> {
+/// Returns the tables of the directions and moments of texels; Monte Carlo sampling needs none.
+pub(super) fn tables(submitter: &Submitter<'_>, method: Method) -> Vec<Buffer> {
     let Method::Faces { size } = method else {
         return Vec::new();
     };
@@ -197,13 +211,13 @@ pub(super) fn tables(work: &Work<'_>, method: Method) -> Vec<Buffer> {
             [x, y, z, (x * x + y * y + z * z).sqrt()].map(|v| v as f32)
         })
         .collect();
-    let shares: Vec<[i32; 4]> = fixed_texels(size)
+    let moments: Vec<[i32; 4]> = fixed_texels(size)
         .iter()
         .map(|texel| [texel.m[0], texel.m[1], texel.m[2], texel.a])
         .collect();
-    let storage = |label, bytes: &[u8]| work.upload(label, BufferUsages::STORAGE, bytes);
+    let storage = |label, bytes: &[u8]| submitter.upload(label, BufferUsages::STORAGE, bytes);
     vec![
         storage("directions", bytemuck::cast_slice(&directions)),
-        storage("shares", bytemuck::cast_slice(&shares)),
+        storage("texel moments", bytemuck::cast_slice(&moments)),
     ]
 }

@@ -1,12 +1,12 @@
-//! Visibility by rays over a tree, on the GPU: for a maximum distance, for random directions,
-//! for what the sweep cannot take, and to check the sweep by.
+//! Visibility by ray casting over a BVH on the GPU: for a maximum distance, for Monte Carlo
+//! directions, for meshes that the sweep does not support, and to verify the sweep.
 //!
-//! The tree is walked without a stack: its nodes lie in the order of a walk that visits all of
-//! them, and each knows where that walk goes on if its box is missed. An invocation then needs
-//! no array of its own, and any order will do for a ray that only asks whether there is a hit.
-//! Single floats would not do for coordinates: samples and triangles lie on one integer
-//! lattice, and a ray sees differences of those, rounded once. What it hits then differs from
-//! double precision only where it passes an edge within some 10⁻⁷ of its distance.
+//! The BVH is traversed without a stack: its nodes are stored in depth-first order, and each has a
+//! link to the node that follows if its box is missed. An invocation then needs no array of its
+//! own, and an any-hit query may visit the nodes in any order. Single floats are too coarse for
+//! coordinates, so sample positions and triangles lie on a common integer lattice, and a ray uses
+//! differences on it, rounded once. Its result then differs from double precision only where it
+//! passes an edge within some 10⁻⁷ of its distance.
 
 mod gpu_data;
 mod job;
@@ -18,25 +18,26 @@ use aogrid_grid_format::{GridSpec, Method};
 use wgpu::{Buffer, BufferUsages};
 
 use crate::kernel::Kernel;
-use crate::pace::Pace;
-use crate::work::Work;
+use crate::pace::SubmissionPacer;
+use crate::work::Submitter;
 use crate::{BakeError, Context};
-use job::{Job, scene, tables};
+use job::{RayBatch, scene, tables};
 use shaders::compile;
 pub(crate) use shaders::shaders;
-use tree::Tree;
+use tree::Bvh;
 
-/// Random rays a cell, at most, on software: for the same reason.
-const MOST_RAYS_ON_SOFTWARE: u32 = 1 << 14;
+/// The largest number of Monte Carlo rays per cell on a software rasterizer, which stops long
+/// loops (see [`shaders::TEXELS_PER_WORKGROUP`]).
+const MAX_SOFTWARE_RAYS: u32 = 1 << 14;
 
-/// Bakes by rays; keeps what it has compiled.
+/// Bakes by ray casting, and keeps its pipelines between bakes.
 pub struct Caster {
     context: Context,
     kernels: [[Option<Kernel>; 2]; 4],
-    pace: Pace,
+    pacer: SubmissionPacer,
 }
 
-/// A tree over a mesh and the samples of a grid, in the device's memory.
+/// The BVH of a mesh and the sample positions of a grid, in the device's memory.
 pub struct UploadedTree {
     spec: GridSpec,
     nodes: Buffer,
@@ -47,62 +48,59 @@ pub struct UploadedTree {
     scale: f64,
 }
 
-/// What a cell's directions are.
+/// The variants of the kernels, by the directions and results of a cell.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Variant {
     Faces,
     FacesWithBits,
-    Random,
+    MonteCarlo,
     Naive,
 }
 
 impl Caster {
-    /// Without pipelines yet.
+    /// Creates a caster. Pipelines are created on first use.
     pub fn new(context: &Context) -> Self {
         Self {
             context: context.clone(),
             kernels: Default::default(),
-            pace: Pace::default(),
+            pacer: SubmissionPacer::default(),
         }
     }
 
-    /// Builds the tree and copies it to the device.
+    /// Builds the BVH and copies it to the device.
     ///
     /// # Errors
     ///
-    /// It does not fit, or the device fails.
+    /// The BVH does not fit, or the device fails.
     pub fn upload(
         &mut self,
         mesh: &TriangleMesh,
         spec: GridSpec,
         sample_offset: [f32; 3],
     ) -> Result<UploadedTree, BakeError> {
-        let tree = Tree::new(mesh, &spec, sample_offset);
+        let bvh = Bvh::new(mesh, &spec, sample_offset);
         let limit = self.context.device.limits().max_storage_buffer_binding_size;
-        let nodes: &[u8] = bytemuck::cast_slice(&tree.nodes);
-        let corners: &[u8] = bytemuck::cast_slice(&tree.corners);
-        for (what, bytes) in [
-            ("the tree's nodes", nodes),
-            ("the tree's triangles", corners),
-        ] {
+        let nodes: &[u8] = bytemuck::cast_slice(&bvh.nodes);
+        let corners: &[u8] = bytemuck::cast_slice(&bvh.corners);
+        for (what, bytes) in [("the BVH's nodes", nodes), ("the BVH's triangles", corners)] {
             let bytes = bytes.len() as u64;
             if bytes > limit {
                 return Err(BakeError::TooLarge { what, bytes, limit });
             }
         }
         let unobserved = aogrid_bake_core::UNOBSERVED;
-        let mut work = Work::new(&self.context, &mut self.pace, unobserved, 0);
-        let storage = |label, bytes: &[u8]| work.upload(label, BufferUsages::STORAGE, bytes);
+        let mut submitter = Submitter::new(&self.context, &mut self.pacer, unobserved, 0);
+        let storage = |label, bytes: &[u8]| submitter.upload(label, BufferUsages::STORAGE, bytes);
         let uploaded = UploadedTree {
             spec,
             nodes: storage("nodes", nodes),
             corners: storage("corners", corners),
-            samples: storage("samples", bytemuck::cast_slice(&tree.samples)),
-            n_nodes: tree.nodes.len() as u32,
-            n_triangles: tree.corners.len() as u32,
-            scale: tree.scale,
+            samples: storage("samples", bytemuck::cast_slice(&bvh.samples)),
+            n_nodes: bvh.nodes.len() as u32,
+            n_triangles: bvh.corners.len() as u32,
+            scale: bvh.scale,
         };
-        work.check()?;
+        submitter.check()?;
         Ok(uploaded)
     }
 
@@ -111,7 +109,7 @@ impl Caster {
     ///
     /// # Errors
     ///
-    /// An option out of its range, cancellation, or the device fails.
+    /// An option is out of range, the observer cancels, or the device fails.
     pub fn bake(
         &mut self,
         mesh: &UploadedTree,
@@ -121,20 +119,20 @@ impl Caster {
     ) -> Result<RawGrid, BakeError> {
         let variant = match options.method {
             Method::Faces { .. } => Variant::Faces,
-            Method::Rays { .. } => Variant::Random,
+            Method::Rays { .. } => Variant::MonteCarlo,
         };
         Ok(self.run(mesh, options, variant, directions, observer)?.0)
     }
 
-    /// [`Caster::bake`] of six faces a cell, and the faces themselves.
+    /// Bakes as [`Caster::bake`] with cube faces, and also returns the faces.
     ///
     /// # Errors
     ///
-    /// As [`Caster::bake`].
+    /// The errors of [`Caster::bake`].
     ///
     /// # Panics
     ///
-    /// If the method is not faces: random directions are no image.
+    /// Panics if the method is not faces: Monte Carlo directions form no image.
     pub fn bake_with_bits(
         &mut self,
         mesh: &UploadedTree,
@@ -145,17 +143,17 @@ impl Caster {
         self.run(mesh, options, Variant::FacesWithBits, true, observer)
     }
 
-    /// [`Caster::bake`] of six faces a cell without a tree, an invocation a cell: for tiny
-    /// meshes (on software of up to 65,535 texels times triangles), to read and to check the
-    /// others by.
+    /// Bakes cube faces by brute force, without a BVH and with an invocation per cell: a simple
+    /// reference for the other kernels, for tiny meshes. On a software rasterizer the product of
+    /// texels and triangles is limited to 65,535.
     ///
     /// # Errors
     ///
-    /// As [`Caster::bake`].
+    /// The errors of [`Caster::bake`].
     ///
     /// # Panics
     ///
-    /// If the method is not faces.
+    /// Panics if the method is not faces.
     pub fn bake_naively(
         &mut self,
         mesh: &UploadedTree,
@@ -166,13 +164,13 @@ impl Caster {
         Ok(self.run(mesh, options, Variant::Naive, true, unobserved)?.0)
     }
 
-    fn refuse_too_many(&self, method: Method) -> Result<(), BakeError> {
+    fn check_ray_count(&self, method: Method) -> Result<(), BakeError> {
         let is_software = self.context.adapter().device_type == wgpu::DeviceType::Cpu;
         match method {
-            Method::Rays { count, .. } if is_software && count > MOST_RAYS_ON_SOFTWARE => {
+            Method::Rays { count, .. } if is_software && count > MAX_SOFTWARE_RAYS => {
                 Err(BakeError::Refused(format!(
-                    "{count} rays a cell are more than {MOST_RAYS_ON_SOFTWARE}, which software \
-                     that plays a GPU can take: bake on the CPU"
+                    "{count} rays per cell are more than {MAX_SOFTWARE_RAYS}, the maximum of a \
+                     software rasterizer: bake on the CPU"
                 )))
             }
             Method::Rays { .. } | Method::Faces { .. } => Ok(()),
@@ -188,22 +186,22 @@ impl Caster {
         observer: Observer<'_>,
     ) -> Result<(RawGrid, FaceBits), BakeError> {
         options.validate()?;
-        self.refuse_too_many(options.method)?;
+        self.check_ray_count(options.method)?;
         let Self {
             context,
             kernels,
-            pace,
+            pacer,
         } = self;
         let total = mesh.spec.cell_count();
-        let mut work = Work::new(context, pace, observer, total);
+        let mut submitter = Submitter::new(context, pacer, observer, total);
         let kernel = &mut kernels[variant as usize][usize::from(directions)];
         let kernel = &*kernel.get_or_insert_with(|| compile(&context.device, variant, directions));
-        let mut job = Job {
+        let mut batch = RayBatch {
             variant,
             directions,
             scene: scene(mesh, options),
             spec: &mesh.spec,
-            tables: tables(&work, options.method),
+            tables: tables(&submitter, options.method),
         };
         let mut raw = RawGrid {
             spec: mesh.spec,
@@ -217,18 +215,18 @@ impl Caster {
             _ => (0, 1),
         };
         let mut bits = FaceBits::new(cells, size);
-        for first in (0..total).step_by(job.cells_at_once(context)) {
-            let n = job.cells_at_once(context).min(total - first);
-            job.scene.first_cell = first as u32;
-            job.scene.n_cells = n as u32;
-            let found = job.cast(&mut work, kernel, mesh)?;
-            work.set_done(first + n);
-            job.take(&found[0], &mut raw);
-            if let Some(words) = found.get(1) {
-                job.take_bits(words, first, &mut bits);
+        for first in (0..total).step_by(batch.max_cells(context)) {
+            let n = batch.max_cells(context).min(total - first);
+            batch.scene.first_cell = first as u32;
+            batch.scene.n_cells = n as u32;
+            let results = batch.cast(&mut submitter, kernel, mesh)?;
+            submitter.set_done(first + n);
+            batch.append_moments(&results[0], &mut raw);
+            if let Some(words) = results.get(1) {
+                batch.store_bits(words, first, &mut bits);
             }
         }
-        work.flush()?;
+        submitter.flush()?;
         Ok((raw, bits))
     }
 }

@@ -1,10 +1,11 @@
-// What all the others do, as plainly as it can be said: an invocation takes a cell, and asks
-// every triangle about every texel of its six faces.
+// The brute-force reference for the other kernels: an invocation takes a cell, and tests every
+// triangle for every texel of its six faces.
 
-/// Through each texel's centre: a vector with a major component of ±1, and its length.
+/// The directions through the texel centers: a vector with a major component of ±1, and its
+/// length.
 @group(0) @binding(5) var<storage, read> directions: array<vec4<f32>>;
-/// Shares of moment 1 and of moment 0, in steps of 2⁻³⁰.
-@group(0) @binding(6) var<storage, read> shares: array<vec4<i32>>;
+/// The moment 1 (xyz) and moment 0 (w) of each texel, in steps of 2⁻³⁰.
+@group(0) @binding(6) var<storage, read> texel_moments: array<vec4<i32>>;
 /// All counts, then all a, then all m.x, all m.y, all m.z.
 @group(0) @binding(7) var<storage, read_write> sums: array<i32>;
 
@@ -18,17 +19,17 @@ fn naive(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     var sum = vec4(0);
     for (var texel = 0u; texel < scene.n_directions; texel++) {
         let direction = directions[texel];
-        let ray = ray_from(sample_of(scene.first_cell + idx), direction.xyz, direction.w);
-        var hidden = false;
+        let ray = ray_from(sample_position(scene.first_cell + idx), direction.xyz, direction.w);
+        var occluded = false;
         for (var triangle = 0u; triangle < scene.n_triangles; triangle++) {
-            if meets(ray, triangle) {
-                hidden = true;
+            if intersects(ray, triangle) {
+                occluded = true;
                 break;
             }
         }
-        if hidden {
+        if occluded {
             count++;
-            sum += shares[texel];
+            sum += texel_moments[texel];
         }
     }
     sums[idx] = count;

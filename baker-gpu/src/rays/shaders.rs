@@ -1,35 +1,38 @@
-//! The kernels of rays: their sources with the constants that Rust knows, and what they bind.
+//! The ray casting kernels: their sources with generated constants, and their bindings.
 
 use super::{Variant, tree};
 use crate::kernel::{Binding, Kernel};
 use crate::shaders::{Constants, Shader, WORKGROUP};
 
-/// Texels of a workgroup: those of six faces of 16². Mesa's software stops the loops of an
-/// invocation after 65,535 rounds, silently, and no texel's walk comes near a 24th of that.
-pub(super) const TEXELS: u32 = 1536;
+/// The largest number of texels per workgroup: those of six faces of 16². Mesa's software
+/// rasterizer silently stops the loops of an invocation after 65,535 iterations in total. An
+/// invocation has 24 texels, and no texel's traversal comes near a 24th of that.
+pub(super) const TEXELS_PER_WORKGROUP: u32 = 1536;
 
-/// Numbers a cell: count, a and the three of m; or count and three sums of two words.
+/// The numbers per cell with cube faces: the count, a, and the three components of m.
 pub(super) const FACE_SUMS: usize = 5;
-pub(super) const RANDOM_SUMS: usize = 7;
+
+/// The numbers per cell with Monte Carlo directions: the count and three sums of two words.
+pub(super) const MONTE_CARLO_SUMS: usize = 7;
 
 pub(super) fn compile(device: &wgpu::Device, variant: Variant, directions: bool) -> Kernel {
     use Binding::{Read, Uniform, Write};
     let bindings: &[Binding] = match variant {
-        Variant::Random => &[Uniform, Read, Read, Read, Write],
+        Variant::MonteCarlo => &[Uniform, Read, Read, Read, Write],
         Variant::Naive => &[Uniform, Read, Read, Read, Read, Read, Write],
         _ => &[Uniform, Read, Read, Read, Read, Read, Write, Write],
     };
     Kernel::new(device, &shader(variant, directions), bindings)
 }
 
-/// All of them, in every variant.
+/// Returns the sources of all kernels, in every variant.
 pub(crate) fn shaders() -> Vec<Shader> {
     vec![
         shader(Variant::Faces, true),
         shader(Variant::Faces, false),
         shader(Variant::FacesWithBits, true),
-        shader(Variant::Random, true),
-        shader(Variant::Random, false),
+        shader(Variant::MonteCarlo, true),
+        shader(Variant::MonteCarlo, false),
         shader(Variant::Naive, true),
     ]
 }
@@ -37,13 +40,13 @@ pub(crate) fn shaders() -> Vec<Shader> {
 fn shader(variant: Variant, directions: bool) -> Shader {
     let constants = Constants::default()
         .unsigned("WORKGROUP", WORKGROUP)
-        .boolean("DIRECTIONS", directions)
-        .unsigned("INNER", tree::INNER)
+        .boolean("WITH_DIRECTIONS", directions)
+        .unsigned("INNER_NODE", tree::INNER_NODE)
         .unsigned("TRIANGLE_BITS", tree::TRIANGLE_BITS)
-        .unsigned("FIRST_TRIANGLE", (1 << tree::TRIANGLE_BITS) - 1)
-        // Less than this moves a ray by less than the boxes' padding, all the way.
-        .float("LEAST_SLOPE", 1e-12)
-        // Two products and a difference, half a step of 2⁻²³ each, and as much again.
+        .unsigned("FIRST_TRIANGLE_MASK", (1 << tree::TRIANGLE_BITS) - 1)
+        // A smaller component moves a ray by less than the boxes' padding over its whole length.
+        .float("MIN_COMPONENT", 1e-12)
+        // Two products and a difference, each half a step of 2⁻²³; doubled for safety.
         .float("BOX_SLACK", 1.0 + 1.0 / (1 << 20) as f32);
     let chunk = include_str!("../chunk.wgsl");
     let any_hit = include_str!("any_hit.wgsl");
@@ -51,11 +54,11 @@ fn shader(variant: Variant, directions: bool) -> Shader {
         (Variant::Faces, true) => "rays: faces",
         (Variant::Faces, false) => "rays: faces without directions",
         (Variant::FacesWithBits, _) => "rays: faces with bits",
-        (Variant::Random, true) => "rays: Monte Carlo",
-        (Variant::Random, false) => "rays: Monte Carlo without directions",
+        (Variant::MonteCarlo, true) => "rays: Monte Carlo",
+        (Variant::MonteCarlo, false) => "rays: Monte Carlo without directions",
         (Variant::Naive, _) => "naive",
     };
-    if variant == Variant::Random {
+    if variant == Variant::MonteCarlo {
         let parts = [
             chunk,
             any_hit,
@@ -63,7 +66,7 @@ fn shader(variant: Variant, directions: bool) -> Shader {
             include_str!("monte_carlo.wgsl"),
         ];
         let constants = constants
-            .unsigned("SUMS", RANDOM_SUMS as u32)
+            .unsigned("SUMS", MONTE_CARLO_SUMS as u32)
             .float("PRODUCT_ROUNDING", 1.0);
         return Shader {
             name,
@@ -80,7 +83,7 @@ fn shader(variant: Variant, directions: bool) -> Shader {
     }
     let constants = constants
         .boolean("BITS", variant == Variant::FacesWithBits)
-        .unsigned("TEXELS", TEXELS);
+        .unsigned("TEXELS_PER_WORKGROUP", TEXELS_PER_WORKGROUP);
     Shader {
         name,
         source: constants.before(&[chunk, any_hit, include_str!("faces.wgsl")]),

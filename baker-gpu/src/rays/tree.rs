@@ -1,4 +1,4 @@
-//! Triangles on a lattice and a tree over them, laid out for a walk without a stack.
+//! A BVH over triangles on an integer lattice, laid out for a traversal without a stack.
 
 use std::time::Duration;
 
@@ -11,22 +11,23 @@ use obvhs::bvh2::{Bvh2, builder::build_bvh2};
 use obvhs::{Boundable, BvhBuildParams};
 use rayon::prelude::*;
 
-/// Coordinates reach 2^this: differences then fit 32 bits with their sign.
-const REACH_BITS: i32 = 29;
+/// Coordinates are within ±2^this, so that their differences fit a signed 32-bit integer.
+const COORDINATE_BITS: i32 = 29;
 
-/// Boxes are larger than their triangles by this many steps, and up to twice that: more than
-/// single floats round coordinates of 2²⁹ (32 steps), boxes' and origins'. Different for each,
-/// because boxes of equal sizes at equal distances leave the builder without a best pair.
+/// The padding of boxes in lattice steps: one to two times this. It exceeds the rounding of
+/// coordinates of 2²⁹ to single floats (32 steps) of both boxes and origins. It differs from
+/// triangle to triangle, because boxes of equal sizes at equal distances leave the builder without
+/// a best pair.
 const PADDING: f32 = 512.0;
 
-/// Triangles of a leaf, at most.
-const MOST_IN_LEAF: u32 = 4;
+/// The largest number of triangles in a leaf.
+const MAX_LEAF_TRIANGLES: u32 = 4;
 
-/// Bits of a node's first triangle; those above hold how many there are.
+/// The number of bits of a leaf's first triangle; the bits above hold the number of triangles.
 pub(super) const TRIANGLE_BITS: u32 = 28;
 
-/// Marks a node that is no leaf.
-pub(super) const INNER: u32 = u32::MAX;
+/// The value of `Node::triangles` of an inner node.
+pub(super) const INNER_NODE: u32 = u32::MAX;
 
 /// `Node` of `any_hit.wgsl`.
 #[repr(C)]
@@ -38,31 +39,34 @@ pub(super) struct Node {
     pub triangles: u32,
 }
 
-/// A mesh and a grid's samples on one lattice with its zero at the grid's centre: as fine as
-/// 32 bits allow, which is finer than the mesh's own floats.
-pub(super) struct Tree {
+/// The BVH of a mesh, and the sample positions of a grid, on a common lattice with its origin at
+/// the grid's center. The lattice is as fine as 32 bits allow, which is finer than the mesh's own
+/// floats.
+pub(super) struct Bvh {
     pub nodes: Vec<Node>,
-    /// In the order of the leaves.
+    /// The corners of the triangles in the order of the leaves.
     pub corners: Vec<[[i32; 3]; 3]>,
-    /// Where samples lie: of all x, then all y, then all z.
+    /// The sample positions of the cells: all x, then all y, then all z.
     pub samples: Vec<i32>,
-    /// Lattice steps in a unit of object space.
+    /// Lattice steps per unit of object space.
     pub scale: f64,
 }
 
-impl Tree {
+impl Bvh {
     pub(super) fn new(mesh: &TriangleMesh, spec: &GridSpec, sample_offset: [f32; 3]) -> Self {
         let center = spec.center().map(f64::from);
         let scale = scale(mesh, spec);
-        let step = |v: f64| (v * scale).round() as i32;
-        let place = |p: [f32; 3]| std::array::from_fn(|x| step(f64::from(p[x]) - center[x]));
-        let triangles = distinct(mesh.corners().map(|t| t.map(place)).collect());
-        let hierarchy = (!triangles.is_empty()).then(|| build(&triangles));
-        let (nodes, order) = hierarchy.as_ref().map(flatten).unwrap_or_default();
+        let quantize = |v: f64| (v * scale).round() as i32;
+        let to_lattice =
+            |p: [f32; 3]| std::array::from_fn(|x| quantize(f64::from(p[x]) - center[x]));
+        let triangles = distinct(mesh.corners().map(|t| t.map(to_lattice)).collect());
+        let bvh = (!triangles.is_empty()).then(|| build(&triangles));
+        let (nodes, order) = bvh.as_ref().map(flatten).unwrap_or_default();
         let corners = order.iter().map(|&t| triangles[t as usize]).collect();
         let offset = sample_offset.map(f64::from);
         let samples = (0..3).flat_map(|x| {
-            (0..spec.resolution()[x]).map(move |i| step(spec.sample_from_center([i; 3], offset)[x]))
+            (0..spec.resolution()[x])
+                .map(move |i| quantize(spec.sample_from_center([i; 3], offset)[x]))
         });
         Self {
             nodes,
@@ -73,23 +77,23 @@ impl Tree {
     }
 }
 
-/// A power of two that takes everything to within 2²⁹.
+/// Returns the scale of the lattice: the power of two that brings all coordinates within ±2²⁹.
 fn scale(mesh: &TriangleMesh, spec: &GridSpec) -> f64 {
     let bounds = mesh.bounds();
-    let reach = |x: usize| {
+    let extent = |x: usize| {
         let center = f64::from(spec.center()[x]);
-        let of_mesh = [bounds.min[x], bounds.max[x]].map(|v| (f64::from(v) - center).abs());
-        // Samples lie within the box.
-        of_mesh[0]
-            .max(of_mesh[1])
+        let mesh_extents = [bounds.min[x], bounds.max[x]].map(|v| (f64::from(v) - center).abs());
+        // Samples lie within the grid's box.
+        mesh_extents[0]
+            .max(mesh_extents[1])
             .max(f64::from(spec.half_extents()[x]))
     };
-    let reach = reach(0).max(reach(1)).max(reach(2));
-    (f64::from(REACH_BITS) - reach.log2().ceil()).exp2()
+    let extent = extent(0).max(extent(1)).max(extent(2));
+    (f64::from(COORDINATE_BITS) - extent.log2().ceil()).exp2()
 }
 
-/// Triangles without repetitions and without those that hide nothing: a builder takes forever
-/// over many equal boxes.
+/// Removes duplicate triangles, and those with two equal corners, which occlude nothing. A BVH
+/// builder is very slow with many equal boxes.
 fn distinct(triangles: Vec<[[i32; 3]; 3]>) -> Vec<[[i32; 3]; 3]> {
     let mut keyed: Vec<_> = triangles
         .into_par_iter()
@@ -116,7 +120,7 @@ impl Boundable for PaddedBox {
 fn build(triangles: &[[[i32; 3]; 3]]) -> Bvh2 {
     let padded = |(idx, t): (u32, &[[i32; 3]; 3])| {
         let corners = t.map(|p| Vec3A::from_array(p.map(|v| v as f32)));
-        // Knuth's multiplicative hash, as a fraction of 1.
+        // Knuth's multiplicative hash, mapped to 0..1.
         let hash = idx.wrapping_mul(2_654_435_769) as f32 / u32::MAX as f32;
         let padding = PADDING * (1.0 + hash);
         let mut bounds = Aabb::from_points(&corners);
@@ -126,28 +130,28 @@ fn build(triangles: &[[[i32; 3]; 3]]) -> Bvh2 {
     };
     let boxes: Vec<_> = (0..).zip(triangles).map(padded).collect();
     let parameters = BvhBuildParams {
-        max_prims_per_leaf: MOST_IN_LEAF,
+        max_prims_per_leaf: MAX_LEAF_TRIANGLES,
         ..BvhBuildParams::medium_build()
     };
     build_bvh2(&boxes, parameters, &mut Duration::default())
 }
 
-/// The nodes in the order of a walk that visits everything, with where to go on after each; and
-/// the triangles in the order of the leaves.
-fn flatten(hierarchy: &Bvh2) -> (Vec<Node>, Vec<u32>) {
+/// Returns the nodes in depth-first order, each with a link to the node to skip to; and the
+/// indices of the triangles in the order of the leaves.
+fn flatten(bvh: &Bvh2) -> (Vec<Node>, Vec<u32>) {
     let (mut nodes, mut order) = (Vec::new(), Vec::new());
     let mut stack = vec![0];
     while let Some(idx) = stack.pop() {
-        let node: &obvhs::bvh2::node::Bvh2Node = &hierarchy.nodes[idx];
+        let node: &obvhs::bvh2::node::Bvh2Node = &bvh.nodes[idx];
         let first = node.first_index as usize;
         let triangles = match node.prim_count {
             0 => {
                 stack.extend([first + 1, first]);
-                INNER
+                INNER_NODE
             }
             n => {
                 let start = order.len() as u32;
-                order.extend(&hierarchy.primitive_indices[first..first + n as usize]);
+                order.extend(&bvh.primitive_indices[first..first + n as usize]);
                 start | n << TRIANGLE_BITS
             }
         };
@@ -158,12 +162,12 @@ fn flatten(hierarchy: &Bvh2) -> (Vec<Node>, Vec<u32>) {
             triangles,
         });
     }
-    // A leaf's next is the one after it; an inner node's is that of its second child, which is
-    // the next of its first.
+    // A leaf skips to the following node. An inner node skips to where its second child skips to;
+    // that child is where its first child skips to.
     for idx in (0..nodes.len()).rev() {
         let next = idx as u32 + 1;
         nodes[idx].skip = match nodes[idx].triangles {
-            INNER => nodes[nodes[idx + 1].skip as usize].skip,
+            INNER_NODE => nodes[nodes[idx + 1].skip as usize].skip,
             _ => next,
         };
     }
@@ -178,29 +182,29 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_walk_visits_every_triangle_once_and_boxes_hold_what_is_below() {
+    fn leaves_cover_every_triangle_once_and_boxes_contain_their_subtrees() {
         for sample in [Sample::Box, Sample::SpaceShip, Sample::Robot] {
             let mesh = sample.mesh(None).unwrap();
             let spec = Placement::default().place(&mesh.bounds()).unwrap();
-            let tree = Tree::new(&mesh, &spec, [0.0; 3]);
-            assert_eq!(tree.corners.len(), mesh.triangles().len());
-            let mut seen = vec![0; tree.corners.len()];
-            for (idx, node) in tree.nodes.iter().enumerate() {
-                assert!(node.skip as usize > idx && node.skip as usize <= tree.nodes.len());
-                // Everything up to where the walk goes on is inside.
-                for inner in &tree.nodes[idx..node.skip as usize] {
+            let bvh = Bvh::new(&mesh, &spec, [0.0; 3]);
+            assert_eq!(bvh.corners.len(), mesh.triangles().len());
+            let mut seen = vec![0; bvh.corners.len()];
+            for (idx, node) in bvh.nodes.iter().enumerate() {
+                assert!(node.skip as usize > idx && node.skip as usize <= bvh.nodes.len());
+                // All nodes before the one to skip to form the subtree.
+                for inner in &bvh.nodes[idx..node.skip as usize] {
                     for x in 0..3 {
                         assert!(inner.low[x] >= node.low[x] && inner.high[x] <= node.high[x]);
                     }
                 }
-                if node.triangles == INNER {
+                if node.triangles == INNER_NODE {
                     continue;
                 }
                 assert_eq!(node.skip as usize, idx + 1);
                 let start = (node.triangles & ((1 << TRIANGLE_BITS) - 1)) as usize;
                 let n = (node.triangles >> TRIANGLE_BITS) as usize;
                 seen[start..start + n].iter_mut().for_each(|n| *n += 1);
-                for triangle in &tree.corners[start..start + n] {
+                for triangle in &bvh.corners[start..start + n] {
                     for corner in triangle {
                         assert!((0..3).all(|x| corner[x] as f32 >= node.low[x]));
                         assert!((0..3).all(|x| corner[x] as f32 <= node.high[x]));

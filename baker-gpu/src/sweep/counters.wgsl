@@ -1,45 +1,47 @@
-// Counters of layers: differences along the rows of cells. Narrow ones are bytes, four
-// directions to a word, which borrow from each other and are exact while each is within ±127:
-// whoever takes one out of that says so. Wide ones are words.
+// Counters of layer deltas along the rows of cells. Narrow counters are bytes, four directions to
+// a word; they borrow from each other and are exact while each is within ±127. An invocation that
+// moves a byte out of this range reports it. Wide counters are words.
 //
-// They lie in the order batch, k, side, direction, column, j: neighbouring invocations of the
-// summation are neighbouring j.
+// Their memory order is batch, k, side, direction, column, j: neighboring invocations of the
+// summation access neighboring j.
 
-/// Sums so far; bytes are two's complement with borrow.
+/// The summed deltas; bytes are two's complement with borrow.
 @group(0) @binding(2) var<storage, read_write> counters: array<atomic<u32>>;
-/// Whether a byte was too small.
-@group(0) @binding(3) var<storage, read_write> wrapped: atomic<u32>;
+/// 1 if a byte overflowed, else 0.
+@group(0) @binding(3) var<storage, read_write> overflowed: atomic<u32>;
 
-/// Counters of one direction, or of the directions of a word, of all rows of one k.
+/// The number of counter words of one direction, or of the four directions of a word, for all
+/// rows of one k.
 fn plane() -> u32 {
     return frame.cells.x * frame.cells.y;
 }
 
-/// The first counter of a row's side: 0 is above, 1 below.
+/// The index of the first counter of a side of a row: side 0 is above, 1 below.
 fn first_counter(batch: u32, j: u32, k: u32, side: u32) -> u32 {
     return ((batch * frame.cells.z + k) * 2u + side) * SIDE_PLANES * plane() + j;
 }
 
-/// What this invocation has seen in a byte.
-var<private> largest: i32 = 0;
+/// The largest magnitude that this invocation has written to a byte.
+var<private> max_magnitude: i32 = 0;
 
-/// From `column` on `delta` layers more, in the direction of a lane.
-fn add_step(first: u32, lane: u32, column: u32, delta: i32) {
+/// Adds `delta` layers from `column` on, in the direction of a lane.
+fn add_delta(first: u32, lane: u32, column: u32, delta: i32) {
     if WIDE {
-        let place = first + lane * plane() + column * frame.cells.y;
-        atomicAdd(&counters[place], bitcast<u32>(delta));
+        let counter = first + lane * plane() + column * frame.cells.y;
+        atomicAdd(&counters[counter], bitcast<u32>(delta));
         return;
     }
-    let place = first + (lane / 4u) * plane() + column * frame.cells.y;
+    let counter = first + (lane / 4u) * plane() + column * frame.cells.y;
     let shift = 8u * (lane % 4u);
-    let before = atomicAdd(&counters[place], bitcast<u32>(delta) << shift);
+    let before = atomicAdd(&counters[counter], bitcast<u32>(delta) << shift);
+    // The bias undoes the borrows between the bytes.
     let byte = i32(((before + BYTE_BIAS) >> shift) & 255u) - 128;
-    largest = max(largest, abs(byte + delta));
+    max_magnitude = max(max_magnitude, abs(byte + delta));
 }
 
-/// To be called when everything is counted.
-fn tell_if_wrapped() {
-    if largest > 127 {
-        atomicStore(&wrapped, 1u);
+/// Reports an overflow of this invocation's bytes; to be called after its last delta.
+fn report_overflow() {
+    if max_magnitude > 127 {
+        atomicStore(&overflowed, 1u);
     }
 }

@@ -1,5 +1,5 @@
-// What all kernels of the sweep share: the brick of cells, the axis w and the rows of texels
-// that a pass is about. Rows of cells run along u; (u, v, w) is right-handed.
+// The uniforms of a pass, shared by all kernels of the sweep: the brick of cells, the axis w and
+// the rows of texels that the pass covers. Rows of cells run along u; (u, v, w) is right-handed.
 
 struct Frame {
     /// Cells of the brick along u, v and w.
@@ -8,76 +8,82 @@ struct Frame {
     bits: u32,
     /// The brick's first cell along u, v and w.
     first_cell: vec3<i32>,
-    /// Texels along a face's side.
+    /// Texels along the side of a face.
     size: u32,
-    /// Numbers of the axes u, v and w.
+    /// The indices of the axes u, v and w: 0 is x, 1 is y, 2 is z.
     axes: vec3<u32>,
-    /// Buckets a row of texels, in which fractions of levels are looked up.
-    buckets: u32,
-    /// The lowest level of the brick over the levels of one whole, and how many there are.
+    /// Buckets per row of texels, in which the fractions of levels are looked up.
+    buckets_per_row: u32,
+    /// The whole part of the brick's lowest level, and the number of levels from there on.
     lowest_whole: i32,
     n_ranks: u32,
-    /// Half of what a grows by from one texel to the next, in cells along u per cell along w.
+    /// Half of the increase of a from one texel to the next, in cells along u per cell along w.
     half_slope: f32,
-    /// A piece of work has 2^this steps at most, and at least as many as a block has directions.
+    /// A piece has at most 2^piece_bits deltas; that is at least the number of directions of a
+    /// block.
     piece_bits: u32,
     n_vertices: u32,
     n_triangles: u32,
-    /// Edges of two triangles; they come first.
-    n_pairs: u32,
+    /// Interior edges, which have two triangles. They precede the boundary edges.
+    n_interior_edges: u32,
     n_edges: u32,
-    n_piercings: u32,
+    /// Candidates for row hits.
+    n_candidates: u32,
     /// Rows of texels (values of b) in this pass.
     n_rows: u32,
-    /// Blocks of directions in this pass, and the first of them.
+    /// The first block of directions in this pass, and their number.
     first_block: u32,
     n_blocks: u32,
-    /// Bounds of the mesh along u, v and w, wider by a cell, relative to the brick's first cell.
+    /// Bounds of the mesh along u, v and w in cells, enlarged by a cell, relative to the brick's
+    /// first cell.
     mesh_low: vec3<f32>,
-    /// Workgroups that share the pieces of the same edges.
-    parts: u32,
+    /// Workgroups (along z) that share the pieces of the same edges.
+    n_parts: u32,
     mesh_high: vec3<f32>,
-    /// Rows of texels that a workgroup searches its edges for.
-    rows_each: u32,
+    /// Rows of texels for which a workgroup searches its edges.
+    rows_per_workgroup: u32,
     /// b of each row, in cells along v per cell along w.
-    row_slopes: array<vec4<f32>, ROW_SLOPES>,
+    row_slopes: array<vec4<f32>, ROW_SLOPE_VECTORS>,
 }
 
-/// The pass.
+/// The uniforms of the pass.
 @group(0) @binding(1) var<uniform> frame: Frame;
 
-/// a of a texel: rounded twice at the most, as is the row's b.
+/// a of a texel in cells along u per cell along w. Rounded at most twice, like b of a row.
 fn texel_slope(texel: u32) -> f32 {
     return f32(2 * i32(texel) + 1 - i32(frame.size)) * frame.half_slope;
 }
 
+/// b of a row of texels in cells along v per cell along w.
 fn row_slope(row: u32) -> f32 {
     return frame.row_slopes[row / 4u][row % 4u];
 }
 
-/// Words that hold the facings of a triangle: a byte a row of texels.
-fn facing_words() -> u32 {
+/// The number of words that hold the facing intervals of a triangle, a byte per row of texels.
+fn interval_words() -> u32 {
     return (frame.n_rows + 3u) / 4u;
 }
 
-/// Rows of cells that share a plane V − b·W.
+/// A level: the plane V − b·W that holds rows (j, k) of cells. A table of levels is sorted by
+/// their fractions.
 struct Level {
-    /// Of −k·b, 0..1; sorted.
+    /// The fractional part of −k·b, 0..1.
     fraction: f32,
-    /// Which k has this fraction.
+    /// The k that has this fraction.
     k: u32,
     /// The whole part of −k·b.
     whole: i32,
-    /// The other way round: the place in this order of the k with this entry's number.
+    /// The inverse permutation: entry number k holds the index of that k in the sorted table.
     order: u32,
 }
 
-/// The directions of a block, as bits, that a triangle faces. A facing has the first texel of
-/// the second part in bits 0–6; in bit 7, whether the first part faces the direction.
-fn facing_mask(facing: u32, block: u32) -> u32 {
-    let turn = clamp(i32(facing & 127u) - i32(block * LANES), 0, i32(LANES));
-    let second = (LANE_MASK << u32(turn)) & LANE_MASK;
-    return select(second, second ^ LANE_MASK, (facing & 128u) != 0u);
+/// The lanes of a block whose directions a triangle faces. A facing interval holds in bits 0–6
+/// the texel from which on the facing flips, and in bit 7 whether the triangle faces the
+/// directions before it.
+fn facing_mask(interval: u32, block: u32) -> u32 {
+    let flip_lane = clamp(i32(interval & 127u) - i32(block * LANES), 0, i32(LANES));
+    let after_flip = (LANE_MASK << u32(flip_lane)) & LANE_MASK;
+    return select(after_flip, after_flip ^ LANE_MASK, (interval & 128u) != 0u);
 }
 
 /// The lanes of a block that are texels of the face.

@@ -1,20 +1,21 @@
-//! Structures as shaders see them; their layout is asserted against naga's.
+//! Mirror structs of the sweep's shaders; their layout is asserted against naga's.
 
 use bytemuck::{Pod, Zeroable};
 
-/// Rows of texels in a pass, at most.
-pub(super) const MOST_ROWS: u32 = 16;
+/// The largest number of rows of texels in a pass.
+pub(super) const MAX_ROWS: u32 = 16;
 
-/// Batches in a pass, at most: as many as a pair of `crossings.wgsl` has bits for. More would
-/// feed more of a large GPU, and their counters would stay in less of its cache.
-pub(super) const MOST_BATCHES: u32 = 16;
+/// The largest number of batches in a pass: as many as a pair in `crossings.wgsl` has bits for.
+/// More batches would occupy more of a large GPU, but fit less well into its cache.
+pub(super) const MAX_BATCHES: u32 = 16;
 
-/// Sums of shares a batch: of each set of four bits, for the eight fours of a mask.
-pub(super) const SHARES: u32 = 128;
-const _: () = assert!((MOST_BATCHES * SHARES) as usize <= TABLE && MOST_ROWS <= MOST_BATCHES);
+/// The number of subset sums per batch: the 16 subsets of each of the eight groups of four bits of
+/// a mask.
+pub(super) const SUBSET_SUMS: u32 = 128;
+const _: () = assert!((MAX_BATCHES * SUBSET_SUMS) as usize <= TABLE_LEN && MAX_ROWS <= MAX_BATCHES);
 
-/// Entries of the uniform tables: with 16 bytes each, all that WebGPU guarantees.
-pub(super) const TABLE: usize = 4096;
+/// The number of entries of a uniform table, 16 bytes each: all that WebGPU guarantees.
+pub(super) const TABLE_LEN: usize = 4096;
 
 /// `Frame` of `frame.wgsl`.
 #[repr(C)]
@@ -25,24 +26,24 @@ pub(super) struct Frame {
     pub first_cell: [i32; 3],
     pub size: u32,
     pub axes: [u32; 3],
-    pub buckets: u32,
+    pub buckets_per_row: u32,
     pub lowest_whole: i32,
     pub n_ranks: u32,
     pub half_slope: f32,
     pub piece_bits: u32,
     pub n_vertices: u32,
     pub n_triangles: u32,
-    pub n_pairs: u32,
+    pub n_interior_edges: u32,
     pub n_edges: u32,
-    pub n_piercings: u32,
+    pub n_candidates: u32,
     pub n_rows: u32,
     pub first_block: u32,
     pub n_blocks: u32,
     pub mesh_low: [f32; 3],
-    pub parts: u32,
+    pub n_parts: u32,
     pub mesh_high: [f32; 3],
-    pub rows_each: u32,
-    pub row_slopes: [f32; MOST_ROWS as usize],
+    pub rows_per_workgroup: u32,
+    pub row_slopes: [f32; MAX_ROWS as usize],
 }
 
 /// `Level` of `frame.wgsl`.
@@ -63,10 +64,10 @@ pub(super) struct Bucket {
     pub start: u32,
 }
 
-/// `Piercing` of `piercings.wgsl`.
+/// `RowHitCandidate` of `piercings.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub(super) struct Piercing {
+pub(super) struct RowHitCandidate {
     pub corners: [u32; 3],
     pub triangle: u32,
     pub row: u32,
@@ -83,7 +84,7 @@ mod tests {
     use crate::layout_test::assert_layout;
 
     #[test]
-    fn structures_are_laid_out_as_shaders_see_them() {
+    fn mirror_structs_have_the_layout_of_the_shaders() {
         let shaders = crate::shaders();
         let shader = |name| shaders.iter().find(|s| s.name == name).unwrap();
         let frame = [
@@ -92,23 +93,23 @@ mod tests {
             ("first_cell", offset_of!(Frame, first_cell)),
             ("size", offset_of!(Frame, size)),
             ("axes", offset_of!(Frame, axes)),
-            ("buckets", offset_of!(Frame, buckets)),
+            ("buckets_per_row", offset_of!(Frame, buckets_per_row)),
             ("lowest_whole", offset_of!(Frame, lowest_whole)),
             ("n_ranks", offset_of!(Frame, n_ranks)),
             ("half_slope", offset_of!(Frame, half_slope)),
             ("piece_bits", offset_of!(Frame, piece_bits)),
             ("n_vertices", offset_of!(Frame, n_vertices)),
             ("n_triangles", offset_of!(Frame, n_triangles)),
-            ("n_pairs", offset_of!(Frame, n_pairs)),
+            ("n_interior_edges", offset_of!(Frame, n_interior_edges)),
             ("n_edges", offset_of!(Frame, n_edges)),
-            ("n_piercings", offset_of!(Frame, n_piercings)),
+            ("n_candidates", offset_of!(Frame, n_candidates)),
             ("n_rows", offset_of!(Frame, n_rows)),
             ("first_block", offset_of!(Frame, first_block)),
             ("n_blocks", offset_of!(Frame, n_blocks)),
             ("mesh_low", offset_of!(Frame, mesh_low)),
-            ("parts", offset_of!(Frame, parts)),
+            ("n_parts", offset_of!(Frame, n_parts)),
             ("mesh_high", offset_of!(Frame, mesh_high)),
-            ("rows_each", offset_of!(Frame, rows_each)),
+            ("rows_per_workgroup", offset_of!(Frame, rows_per_workgroup)),
             ("row_slopes", offset_of!(Frame, row_slopes)),
         ];
         let crossings = shader("sweep: crossings");
@@ -131,14 +132,19 @@ mod tests {
             &bucket,
         );
         let piercing = [
-            ("corners", offset_of!(Piercing, corners)),
-            ("triangle", offset_of!(Piercing, triangle)),
-            ("row", offset_of!(Piercing, row)),
-            ("column", offset_of!(Piercing, column)),
-            ("edges", offset_of!(Piercing, edges)),
-            ("unused", offset_of!(Piercing, unused)),
+            ("corners", offset_of!(RowHitCandidate, corners)),
+            ("triangle", offset_of!(RowHitCandidate, triangle)),
+            ("row", offset_of!(RowHitCandidate, row)),
+            ("column", offset_of!(RowHitCandidate, column)),
+            ("edges", offset_of!(RowHitCandidate, edges)),
+            ("unused", offset_of!(RowHitCandidate, unused)),
         ];
         let piercings = shader("sweep: piercings");
-        assert_layout(piercings, "Piercing", size_of::<Piercing>(), &piercing);
+        assert_layout(
+            piercings,
+            "Piercing",
+            size_of::<RowHitCandidate>(),
+            &piercing,
+        );
     }
 }

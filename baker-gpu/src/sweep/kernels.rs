@@ -1,24 +1,25 @@
-//! The sweep's kernels: their sources with the constants that Rust knows, and what they bind.
+//! The sweep's kernels: their sources with generated constants, and their bindings.
 
 use wgpu::Device;
 
-use super::gpu_data::{MOST_BATCHES, MOST_ROWS, SHARES, TABLE};
+use super::gpu_data::{MAX_BATCHES, MAX_ROWS, SUBSET_SUMS, TABLE_LEN};
 use super::mesh;
 use super::plan::LANES;
 use crate::kernel::{Binding, Kernel};
 use crate::shaders::{Constants, Shader, WORKGROUP};
 
-/// A pair among those of a workgroup, in the word that counts both pairs and their pieces.
-/// Fewer pieces than this follow from [`steps_of_piece`](super::pass::steps_of_piece).
+/// The increment for one pair in the word that counts both the pairs and the pieces of a
+/// workgroup. [`deltas_per_piece`](super::pass::deltas_per_piece) keeps the number of pieces
+/// below it.
 pub(super) const ONE_PAIR: u32 = 1 << 21;
-const _: () = assert!(WORKGROUP * MOST_BATCHES < u32::MAX / ONE_PAIR && WORKGROUP <= 64);
+const _: () = assert!(WORKGROUP * MAX_BATCHES < u32::MAX / ONE_PAIR && WORKGROUP <= 64);
 
-/// Compiled for one kind of counters, with directions or without.
+/// The kernels of the sweep, compiled for narrow or wide counters, with or without directions.
 pub(super) struct Kernels {
     pub silhouettes: Kernel,
     pub levels: Kernel,
     pub crossings: Kernel,
-    pub piercings: Kernel,
+    pub row_hits: Kernel,
     pub summation: Kernel,
     pub moments: Kernel,
 }
@@ -30,23 +31,23 @@ impl Kernels {
             Kernel::new(device, shader, &[&[Uniform], bindings].concat())
         };
         let crossings = [Write, Write, Uniform, Read, Read, Read, Read];
-        let piercings = [Write, Write, Uniform, Read, Read, Read];
+        let row_hits = [Write, Write, Uniform, Read, Read, Read];
         Self {
             silhouettes: compile(&silhouettes(), &[Read, Write]),
             levels: compile(&levels(), &[Uniform, Uniform, Read, Write]),
             crossings: compile(&self::crossings(wide), &crossings),
-            piercings: compile(&self::piercings(wide), &piercings),
+            row_hits: compile(&self::row_hits(wide), &row_hits),
             summation: compile(&summation(wide), &[Write, Write]),
             moments: compile(&moments(directions), &[Read, Uniform, Write]),
         }
     }
 }
 
-/// All of them, in every variant.
+/// Returns the sources of all kernels, in every variant.
 pub(crate) fn shaders() -> Vec<Shader> {
     let mut all = vec![silhouettes(), levels()];
     for wide in [false, true] {
-        all.extend([crossings(wide), piercings(wide), summation(wide)]);
+        all.extend([crossings(wide), row_hits(wide), summation(wide)]);
     }
     all.extend([false, true].map(moments));
     all
@@ -57,14 +58,14 @@ fn constants() -> Constants {
         .unsigned("WORKGROUP", WORKGROUP)
         .unsigned("LANES", LANES)
         .unsigned("LANE_MASK", (1 << LANES) - 1)
-        .unsigned("ROW_SLOPES", MOST_ROWS / 4)
-        .unsigned("TABLE", TABLE as u32)
+        .unsigned("ROW_SLOPE_VECTORS", MAX_ROWS / 4)
+        .unsigned("TABLE_LEN", TABLE_LEN as u32)
 }
 
 fn with_counters(wide: bool) -> Constants {
     constants()
         .boolean("WIDE", wide)
-        // Planes of counters of a side: a word holds one direction, or four.
+        // The number of counter planes of a side: a word holds one direction, or four.
         .unsigned("SIDE_PLANES", if wide { LANES } else { LANES / 4 })
         .unsigned("BYTE_BIAS", 0x8080_8080)
 }
@@ -76,10 +77,11 @@ const COUNTERS: &str = include_str!("counters.wgsl");
 
 fn silhouettes() -> Shader {
     let constants = constants()
-        // The least share of a normal along u that its facings depend on u: below it the
-        // threshold is beyond both ends of a row of texels, or the triangle is seen edge-on.
-        .float("LEAST_SHARE", 1e-12)
-        .float("LEAST_NORMAL", 1e-30);
+        // The smallest ratio of a normal's u component to its other components that is used.
+        // Below it the flip lies beyond the ends of a row of texels, or the triangle is seen
+        // edge-on.
+        .float("MIN_NORMAL_RATIO", 1e-12)
+        .float("MIN_NORMAL", 1e-30);
     Shader {
         name: "sweep: silhouettes",
         source: constants.before(&[CHUNK, FRAME, include_str!("silhouettes.wgsl")]),
@@ -97,16 +99,16 @@ fn levels() -> Shader {
 
 fn crossings(wide: bool) -> Shader {
     let constants = with_counters(wide)
-        .unsigned("QUEUE", WORKGROUP * MOST_BATCHES)
+        .unsigned("QUEUE_LEN", WORKGROUP * MAX_BATCHES)
         .unsigned("ONE_PAIR", ONE_PAIR)
-        .unsigned("TRIANGLE", !mesh::REVERSED)
+        .unsigned("TRIANGLE_MASK", !mesh::REVERSED)
         .unsigned("REVERSED", mesh::REVERSED)
         .unsigned("ALL_REVERSED", 0x8080_8080)
         .unsigned("LOW_BITS", 0x7f7f_7f7f)
         .unsigned("HIGH_BITS", 0x8080_8080)
-        // Moves bits 0, 8, 16 and 24 to 28, 29, 30 and 31.
+        // A multiplication with this moves bits 0, 8, 16 and 24 to 28, 29, 30 and 31.
         .unsigned("GATHER", 0x1020_4080)
-        // Four roundings of 2⁻²⁴, and as much again.
+        // Four roundings of 2⁻²⁴, doubled for safety.
         .float("PRODUCT_ROUNDING", 1.0 / (1 << 21) as f32);
     let parts = [
         CHUNK,
@@ -126,7 +128,7 @@ fn crossings(wide: bool) -> Shader {
     }
 }
 
-fn piercings(wide: bool) -> Shader {
+fn row_hits(wide: bool) -> Shader {
     let constants = with_counters(wide)
         .unsigned("ABOVE", super::piercings::ABOVE)
         .unsigned("ABOVE_IF_UP", super::piercings::ABOVE_IF_UP)
@@ -165,8 +167,8 @@ fn summation(wide: bool) -> Shader {
 
 fn moments(directions: bool) -> Shader {
     let constants = constants()
-        .boolean("DIRECTIONS", directions)
-        .unsigned("SHARES", SHARES);
+        .boolean("WITH_DIRECTIONS", directions)
+        .unsigned("SUBSET_SUMS", SUBSET_SUMS);
     Shader {
         name: match directions {
             true => "sweep: moments",

@@ -2,33 +2,36 @@
 //!
 //! # Theory
 //!
-//! For one direction d the rays of all cells are parallel: what lies ahead of the cells of a
-//! row changes only where one of the rays passes a silhouette of the mesh, so that a running
-//! sum along the row of what begins and ends there tells every cell how many layers of surface
-//! it has ahead; not zero is occluded. The CPU baker's sweep has the idea in full, with a
-//! picture. Its stages are kernels here, each beside this file, in this order for every axis w
-//! and some rows b and blocks of directions (a, b, 1) and their opposites:
+//! For one direction d the rays of all cells are parallel, and the surface ahead of the cells of
+//! a row changes only where one of the rays passes a silhouette of the mesh. A running sum along
+//! the row of the layers that begin and end there gives the number of layers of surface ahead of
+//! each cell; a cell is occluded if its sum is not zero. The documentation of the CPU baker's
+//! sweep explains the idea in full, with a figure. Its stages are kernels here, each in a WGSL
+//! file beside this one. They run in this order for every axis w, for some rows b and blocks of
+//! directions (a, b, 1) and their opposites:
 //!
-//! 1. `silhouettes`: which directions of a row each triangle faces: a byte.
-//! 2. `levels`: the rank of each vertex among the planes V − b·W = j − k·b, in each of which
-//!    lies a row (j, k) of cells: an edge crosses exactly those between its ends' ranks.
-//! 3. `crossings`: for each pair of an edge and a row b that is a silhouette and crosses a
-//!    level, the crossing points, and for each direction the column from which on it counts.
-//! 4. `piercings`: where a row's own line goes through the mesh a layer changes from above the
-//!    row, where it is ahead of d, to below, ahead of −d.
-//! 5. `summation`: running sums along the rows, to 32 bits a cell and batch.
-//! 6. `moments`: those bits, to sums of integers a cell, the same as on the CPU.
+//! 1. `silhouettes`: the directions of a row of texels that each triangle faces, as an interval
+//!    in a byte.
+//! 2. `levels`: the rank of each vertex among the planes V − b·W = j − k·b, each of which holds a
+//!    row (j, k) of cells. An edge crosses exactly the levels between the ranks of its ends.
+//! 3. `crossings`: for each pair of an edge and a row b where the edge is a silhouette and crosses
+//!    a level, the crossing points, and for each direction the column from which on it counts.
+//! 4. `piercings`: row hits. Where a row's own line passes through the mesh, a layer moves from
+//!    above the row, where it is ahead in direction d, to below it, where it is ahead in −d.
+//! 5. `summation`: running sums along the rows give 32 bits per cell and batch.
+//! 6. `moments`: adds these bits up to integer sums per cell, the same as on the CPU.
 //!
-//! What is decided from rounded numbers (facings, ranks) is decided once and kept; on which
-//! side of a row an edge passes is asked in exact integers, by `crossings` and `piercings`
-//! alike. So what begins along a row also ends: rounding moves a step by a cell at the most,
-//! and never leaves a streak. [`piercings`](mod@piercings) has the argument.
+//! Decisions that depend on rounded numbers (facing intervals, ranks) are made once and stored.
+//! `crossings` and `piercings` must agree on the side of a row on which an edge passes; both
+//! evaluate the same expression in exact integers. Every layer that begins along a row therefore
+//! also ends: rounding moves a delta by at most one cell and never leaves a streak.
+//! [`piercings`](mod@piercings) has the argument.
 //!
 //! # Practice
 //!
-//! Counters are bytes, four directions to a word. One that does not suffice is noticed, and
-//! its brick is baked again with words. Kernels keep vectors, never arrays, in an invocation:
-//! dynamically indexed arrays would live in memory. Nothing is read back but the sums.
+//! Counters are bytes, four directions to a word. If one overflows, its brick is baked again with
+//! words. Invocations keep their data in vectors, not arrays, because dynamically indexed arrays
+//! would live in memory. Only the sums (and the faces' bits, if requested) are read back.
 
 mod bake;
 mod gpu_data;
@@ -44,41 +47,41 @@ use std::sync::OnceLock;
 use aogrid_bake_core::{FaceBits, Observer, PreparedMesh, RawGrid};
 use aogrid_grid_format::FACE_SIZES;
 
-use crate::pace::Pace;
-use crate::store::Store;
-use crate::work::Work;
+use crate::pace::SubmissionPacer;
+use crate::store::BufferPool;
+use crate::work::Submitter;
 use crate::{BakeError, Context};
 use bake::Bake;
 use kernels::Kernels;
 pub(crate) use kernels::shaders;
-use mesh::Mesh;
+use mesh::MeshBuffers;
 
-/// Bakes faces by the direction sweep, again and again with the same buffers.
+/// Bakes cube faces by the direction sweep, and keeps its pipelines and buffers between bakes.
 pub struct Sweeper {
     context: Context,
-    kernels: AllKernels,
-    store: Store,
-    pace: Pace,
+    kernels: KernelCache,
+    pool: BufferPool,
+    pacer: SubmissionPacer,
 }
 
-/// Compiled when they are first needed: for counters that are bytes or words, without directions
-/// or with them.
-type AllKernels = [[OnceLock<Kernels>; 2]; 2];
+/// The kernels by counter width (bytes, words) and by directions (without, with). They are
+/// compiled on first use.
+type KernelCache = [[OnceLock<Kernels>; 2]; 2];
 
-/// A mesh in the device's memory, ready to be swept.
+/// A mesh in the device's memory, ready for the direction sweep.
 pub struct UploadedMesh {
-    mesh: PreparedMesh,
-    buffers: Mesh,
+    prepared: PreparedMesh,
+    buffers: MeshBuffers,
 }
 
 impl UploadedMesh {
-    /// The mesh.
+    /// Returns the mesh.
     pub fn mesh(&self) -> &PreparedMesh {
-        &self.mesh
+        &self.prepared
     }
 }
 
-/// What to compute.
+/// The options of one sweep.
 #[derive(Clone, Copy)]
 struct Request {
     size: u32,
@@ -87,13 +90,13 @@ struct Request {
 }
 
 impl Sweeper {
-    /// Without buffers and pipelines yet.
+    /// Creates a sweeper. Buffers and pipelines are created on first use.
     pub fn new(context: &Context) -> Self {
         Self {
             context: context.clone(),
             kernels: Default::default(),
-            store: Store::default(),
-            pace: Pace::default(),
+            pool: BufferPool::default(),
+            pacer: SubmissionPacer::default(),
         }
     }
 
@@ -101,22 +104,25 @@ impl Sweeper {
     ///
     /// # Errors
     ///
-    /// It does not fit, or the device fails.
+    /// The mesh does not fit, or the device fails.
     pub fn upload(&mut self, mesh: PreparedMesh) -> Result<UploadedMesh, BakeError> {
         let unobserved = aogrid_bake_core::UNOBSERVED;
-        let mut work = Work::new(&self.context, &mut self.pace, unobserved, 0);
-        let buffers = Mesh::new(&work, &mesh)?;
-        work.check()?;
-        Ok(UploadedMesh { mesh, buffers })
+        let mut submitter = Submitter::new(&self.context, &mut self.pacer, unobserved, 0);
+        let buffers = MeshBuffers::new(&submitter, &mesh)?;
+        submitter.check()?;
+        Ok(UploadedMesh {
+            prepared: mesh,
+            buffers,
+        })
     }
 
     /// Bakes six faces of `size` × `size` texels around every cell of the mesh's grid. The same
-    /// input gives the same bits, and those of the CPU wherever the faces are the same. Without
+    /// input gives the same bits, and the CPU's bits wherever the faces are the same. Without
     /// `directions` every moment 1 is zero: the papers' occlusion-only variant.
     ///
     /// # Errors
     ///
-    /// A face size out of its range, cancellation, or the device fails.
+    /// The face size is out of range, the observer cancels, or the device fails.
     pub fn bake(
         &mut self,
         mesh: &UploadedMesh,
@@ -132,11 +138,12 @@ impl Sweeper {
         Ok(self.run(mesh, request, observer)?.0)
     }
 
-    /// [`Sweeper::bake`] with directions, and the faces themselves: `size`² · 6 bits a cell.
+    /// Bakes as [`Sweeper::bake`] with directions, and also returns the faces: `size`² · 6 bits
+    /// per cell.
     ///
     /// # Errors
     ///
-    /// As [`Sweeper::bake`].
+    /// The errors of [`Sweeper::bake`].
     pub fn bake_with_bits(
         &mut self,
         mesh: &UploadedMesh,
@@ -161,14 +168,15 @@ impl Sweeper {
         if !FACE_SIZES.contains(&size) {
             return Err(aogrid_bake_core::OptionsError::FaceSize(size).into());
         }
-        // What a bake that ended early has left in the counters must not be seen again.
-        let store = std::mem::take(&mut self.store);
-        let cells = mesh.mesh.spec().cell_count();
-        let work = Work::new(&self.context, &mut self.pace, observer, cells);
-        let mut bake = Bake::new(&self.kernels, store, work, mesh, request);
+        // Take the buffers out, so that a bake that ends early drops them: its counters are not
+        // zero.
+        let pool = std::mem::take(&mut self.pool);
+        let cells = mesh.prepared.spec().cell_count();
+        let submitter = Submitter::new(&self.context, &mut self.pacer, observer, cells);
+        let mut bake = Bake::new(&self.kernels, pool, submitter, mesh, request);
         bake.run()?;
-        let (found, store) = bake.finish();
-        self.store = store;
-        Ok(found)
+        let (result, pool) = bake.finish();
+        self.pool = pool;
+        Ok(result)
     }
 }

@@ -1,10 +1,10 @@
-// The moments of each cell: sums of whole numbers, which no order changes.
+// The moments of each cell: sums of integers, which do not depend on the order of summation.
 
-/// See `summation`.
+/// The occluded directions of each cell and batch, see `summation`.
 @group(0) @binding(2) var<storage, read> masks: array<u32>;
-/// For each four bits of each batch's mask, the sums over all sets of them of the shares of
-/// moment 1 and of moment 0, in steps of 2⁻³⁰.
-@group(0) @binding(3) var<uniform> shares: array<vec4<i32>, TABLE>;
+/// A lookup table of subset sums: for each group of four bits of each batch's mask, the moment 1
+/// (xyz) and moment 0 (w) of each of the 16 subsets of these texels, in steps of 2⁻³⁰.
+@group(0) @binding(3) var<uniform> subset_sums: array<vec4<i32>, TABLE_LEN>;
 /// All counts, then all a, then all m.x, all m.y, all m.z, of the cells of the brick, x fastest.
 @group(0) @binding(4) var<storage, read_write> sums: array<i32>;
 
@@ -22,26 +22,26 @@ fn moments(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
     for (var batch = 0u; batch < batches; batch++) {
         let mask = masks[batch * n_cells + idx];
         count += countOneBits(mask);
-        // Both halves at a time, as far as there are bits.
-        var ahead = mask & 0xffffu;
-        var behind = mask >> 16u;
-        var first = batch * SHARES;
-        while (ahead | behind) != 0u {
-            sum += shares[first + (ahead & 15u)];
-            sum += shares[first + SHARES / 2u + (behind & 15u)];
-            ahead >>= 4u;
-            behind >>= 4u;
+        // Four directions of d and four of −d at a time, until no bits are left.
+        var forward = mask & 0xffffu;
+        var backward = mask >> 16u;
+        var first = batch * SUBSET_SUMS;
+        while (forward | backward) != 0u {
+            sum += subset_sums[first + (forward & 15u)];
+            sum += subset_sums[first + SUBSET_SUMS / 2u + (backward & 15u)];
+            forward >>= 4u;
+            backward >>= 4u;
             first += 16u;
         }
     }
     if count == 0u {
         return;
     }
-    // Masks are in the order u, w, v.
+    // Masks are in the order u, w, v (v fastest); sums are in the order z, y, x (x fastest).
     let u = idx / (n.y * n.z);
     let v = idx % n.y;
     let w = (idx / n.y) % n.z;
-    // Strides of the brick's cells: of x 1, of y n_x, of z n_x·n_y.
+    // The strides of the brick's cells: 1 for x, n_x for y, n_x·n_y for z.
     let is_x = frame.axes == vec3(0u);
     let is_y = frame.axes == vec3(1u);
     let sizes_x = select(vec3(0u), n, is_x);
@@ -52,7 +52,7 @@ fn moments(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
     let cell = u * strides.x + v * strides.y + w * strides.z;
     sums[cell] += i32(count);
     sums[n_cells + cell] += sum.w;
-    if DIRECTIONS {
+    if WITH_DIRECTIONS {
         sums[2u * n_cells + cell] += sum.x;
         sums[3u * n_cells + cell] += sum.y;
         sums[4u * n_cells + cell] += sum.z;

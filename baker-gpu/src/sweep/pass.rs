@@ -1,118 +1,131 @@
-//! One pass of the sweep: its kernels, what they are bound to, and how much they are to do.
+//! One pass of the sweep: its kernels, their bindings, and their workgroups.
 
 use wgpu::{Buffer, BufferUsages};
 
 use super::bake::{Bake, Buffers};
-use super::gpu_data::{self, Frame, TABLE};
+use super::gpu_data::{self, Frame, TABLE_LEN};
 use super::kernels::Kernels;
 use super::plan::{Brick, LANES, Pass};
-use super::view::View;
+use super::view::AxisFrame;
 use crate::BakeError;
 use crate::shaders::WORKGROUP;
 use crate::work::Extent;
 
-/// Invocations that a device should have at least, where edges are too few: then the levels
-/// of one edge are shared out.
-const ENOUGH_INVOCATIONS: u32 = 1 << 15;
+/// The number of invocations that should run at least. If there are too few edges for it, the
+/// levels of each edge are distributed over several workgroups.
+const MIN_INVOCATIONS: u32 = 1 << 15;
 
-/// Invocations that search edges, at least, if there are rows enough: more workgroups, each for
-/// fewer rows, fill a device; and those that run at the same time write near each other. Each
-/// has to read its edges again, though.
-const ENOUGH_SEARCHES: u32 = 1 << 18;
+/// The number of invocations that should search edges at least, if there are enough rows. More
+/// workgroups for fewer rows each fill the device, and those that run at the same time write to
+/// nearby memory; but each of them reads its edges again.
+const MIN_SEARCH_INVOCATIONS: u32 = 1 << 18;
 
-/// Invocations that share an edge, at most, where that is all it is for.
-const MOST_PARTS: u32 = 32;
+/// The largest number of workgroups that share the same edges only to fill the device.
+const MAX_PARTS: u32 = 32;
 
-/// Steps that an invocation should count, at most: Mesa's software stops its loops after
-/// 65,535 rounds, silently.
-const MOST_STEPS: f64 = (1 << 14) as f64;
+/// The largest number of deltas that an invocation should count: Mesa's software rasterizer
+/// silently stops a loop after 65,535 iterations.
+const MAX_DELTAS: f64 = (1 << 14) as f64;
 
-/// Steps of a piece, mostly. Fewer share work out more evenly; each takes a while to begin.
-const STEPS_OF_PIECE: u32 = 32;
+/// The number of deltas per piece, except where that would make too many pieces. Smaller pieces
+/// balance the load better, but each has a startup cost.
+const PIECE_DELTAS: u32 = 32;
 
 /// WebGPU's limit on workgroups along an axis of a dispatch.
-const MOST_WORKGROUPS: u32 = 65_535;
+const MAX_WORKGROUPS: u32 = 65_535;
 
-/// A pass over a brick.
-pub(super) struct PassRun<'a> {
+/// The inputs of a pass over a brick.
+pub(super) struct PassInputs<'a> {
     pub pass: &'a Pass,
     pub brick: &'a Brick,
     pub buffers: &'a Buffers,
+    /// Whether counters are words instead of bytes.
     pub wide: bool,
 }
 
-/// A pass with its kernels and what they are bound to.
-pub(super) struct Bound<'a> {
-    run: &'a PassRun<'a>,
+/// A pass with its kernels and the buffers that they bind.
+pub(super) struct PassBindings<'a> {
+    inputs: &'a PassInputs<'a>,
     kernels: &'a Kernels,
     data: Frame,
     frame: Buffer,
     levels: Buffer,
     buckets: Buffer,
-    shares: Buffer,
-    /// Levels that an edge crosses, on average.
+    subset_sums: Buffer,
+    /// The mean number of levels that an edge crosses.
     edge_levels: f64,
 }
 
-impl<'a> Bound<'a> {
-    pub(super) fn new(bake: &Bake<'_>, run: &'a PassRun<'a>, kernels: &'a Kernels) -> Self {
-        let mesh = &bake.mesh.mesh;
-        let view = View::new(mesh, run.brick, run.pass.w, bake.request.size);
-        let found = view.levels(run.pass);
+impl<'a> PassBindings<'a> {
+    pub(super) fn new(bake: &Bake<'_>, inputs: &'a PassInputs<'a>, kernels: &'a Kernels) -> Self {
+        let mesh = &bake.mesh.prepared;
+        let axis_frame = AxisFrame::new(mesh, inputs.brick, inputs.pass.w, bake.request.size);
+        let table = axis_frame.levels(inputs.pass);
+        // The tables are padded to the size that the shaders declare.
         let uniform = |label, bytes: &[u8], size: usize| {
             let mut padded = bytes.to_vec();
             padded.resize(size, 0);
-            bake.work.upload(label, BufferUsages::UNIFORM, &padded)
+            bake.submitter.upload(label, BufferUsages::UNIFORM, &padded)
         };
-        let [_, v, w] = view.axes;
+        let [_, v, w] = axis_frame.axes;
         let edge = bake.mesh.buffers.edge_cells;
-        let edge_levels = (edge[v] + view.shear[1] * edge[w]) * f64::from(view.cells[2]);
-        let [mesh_low, mesh_high] = view.bounds_of(bake.mesh.buffers.bounds);
+        let edge_levels =
+            (edge[v] + axis_frame.shear[1] * edge[w]) * f64::from(axis_frame.cells[2]);
+        let [mesh_low, mesh_high] = axis_frame.padded_bounds(bake.mesh.buffers.bounds);
         let data = Frame {
-            piece_bits: steps_of_piece(found.n_ranks).ilog2(),
+            piece_bits: deltas_per_piece(table.n_ranks).ilog2(),
             mesh_low,
             mesh_high,
             n_vertices: mesh.vertices().len() as u32,
             n_triangles: mesh.triangles().len() as u32,
-            n_pairs: bake.mesh.buffers.n_pairs,
+            n_interior_edges: bake.mesh.buffers.n_interior_edges,
             n_edges: bake.mesh.buffers.n_edges,
-            parts: parts(bake.mesh.buffers.n_edges, run.pass, edge_levels),
-            rows_each: rows_each(bake.mesh.buffers.n_edges, run.pass),
-            ..view.frame(run.pass, &found, mesh.lattice().bits())
+            n_parts: n_parts(bake.mesh.buffers.n_edges, inputs.pass, edge_levels),
+            rows_per_workgroup: rows_per_workgroup(bake.mesh.buffers.n_edges, inputs.pass),
+            ..axis_frame.uniforms(inputs.pass, &table, mesh.lattice().bits())
         };
-        let table = TABLE * 16;
+        let table_bytes = TABLE_LEN * 16;
         Self {
-            run,
+            inputs,
             kernels,
             frame: uniform("frame", bytemuck::bytes_of(&data), size_of::<Frame>()),
-            levels: uniform("levels", bytemuck::cast_slice(&found.levels), table),
-            buckets: uniform("buckets", bytemuck::cast_slice(&found.buckets), table),
-            shares: uniform(
-                "shares",
-                bytemuck::cast_slice(&bake.shares(run.pass)),
-                table,
+            levels: uniform("levels", bytemuck::cast_slice(&table.levels), table_bytes),
+            buckets: uniform("buckets", bytemuck::cast_slice(&table.buckets), table_bytes),
+            subset_sums: uniform(
+                "subset sums",
+                bytemuck::cast_slice(&bake.subset_sums(inputs.pass)),
+                table_bytes,
             ),
             edge_levels,
             data,
         }
     }
 
-    pub(super) fn before_piercings(&self, bake: &mut Bake<'_>) -> Result<(), BakeError> {
+    /// Dispatches the stages up to the crossings.
+    pub(super) fn dispatch_crossings(&self, bake: &mut Bake<'_>) -> Result<(), BakeError> {
         let Self {
-            run, data, kernels, ..
+            inputs,
+            data,
+            kernels,
+            ..
         } = self;
-        let (mesh, buffers) = (&bake.mesh.buffers, run.buffers);
-        let per_row = f64::from(WORKGROUP * data.n_rows);
+        let (mesh, buffers) = (&bake.mesh.buffers, inputs.buffers);
+        // Work units of a workgroup that handles each of its items once per row.
+        let row_units = f64::from(WORKGROUP * data.n_rows);
 
         let kernel = &kernels.silhouettes;
-        let bound = bake
-            .work
-            .bind(kernel, &[&self.frame, &mesh.normals, &buffers.facings]);
-        bake.work
-            .dispatch(kernel, &bound, line(data.n_triangles, per_row))?;
+        let bindings = bake.submitter.bind(
+            kernel,
+            &[&self.frame, &mesh.normals, &buffers.facing_intervals],
+        );
+        bake.submitter.dispatch(
+            kernel,
+            &bindings,
+            linear_extent(data.n_triangles, row_units),
+        )?;
 
         let kernel = &kernels.levels;
-        let bound = bake.work.bind(
+        let bindings = bake.submitter.bind(
             kernel,
             &[
                 &self.frame,
@@ -122,104 +135,125 @@ impl<'a> Bound<'a> {
                 &buffers.ranks,
             ],
         );
-        bake.work
-            .dispatch(kernel, &bound, line(data.n_vertices, 2.0 * per_row))?;
+        bake.submitter.dispatch(
+            kernel,
+            &bindings,
+            linear_extent(data.n_vertices, 2.0 * row_units),
+        )?;
 
         let kernel = &kernels.crossings;
-        let bound = bake.work.bind(
+        let bindings = bake.submitter.bind(
             kernel,
             &[
                 &self.frame,
                 &buffers.counters,
-                &buffers.wrapped,
+                &buffers.overflowed,
                 &self.levels,
                 &mesh.positions,
                 &mesh.edges,
-                &buffers.facings,
+                &buffers.facing_intervals,
                 &buffers.ranks,
             ],
         );
-        let parts = f64::from(data.parts);
-        let units = per_row * (parts + 4.0 * self.edge_levels);
-        let mut extent = line(data.n_edges, units);
-        extent.y = data.n_rows.div_ceil(data.rows_each);
-        extent.z = data.parts;
-        bake.work.dispatch(kernel, &bound, extent)
+        let n_parts = f64::from(data.n_parts);
+        let units = row_units * (n_parts + 4.0 * self.edge_levels);
+        let mut extent = linear_extent(data.n_edges, units);
+        extent.y = data.n_rows.div_ceil(data.rows_per_workgroup);
+        extent.z = data.n_parts;
+        bake.submitter.dispatch(kernel, &bindings, extent)
     }
 
-    pub(super) fn pierce(
+    /// Dispatches the test of candidates for row hits.
+    pub(super) fn dispatch_row_hits(
         &self,
         bake: &mut Bake<'_>,
-        found: &[gpu_data::Piercing],
+        candidates: &[gpu_data::RowHitCandidate],
     ) -> Result<(), BakeError> {
-        if found.is_empty() {
+        if candidates.is_empty() {
             return Ok(());
         }
         let Self {
-            run, data, kernels, ..
+            inputs,
+            data,
+            kernels,
+            ..
         } = self;
         let frame = Frame {
-            n_piercings: found.len() as u32,
+            n_candidates: candidates.len() as u32,
             ..*data
         };
         let bytes = bytemuck::bytes_of(&frame);
-        let frame = bake.work.upload("frame", BufferUsages::UNIFORM, bytes);
-        let bytes = bytemuck::cast_slice(found);
-        let candidates = bake.work.upload("piercings", BufferUsages::STORAGE, bytes);
-        let kernel = &kernels.piercings;
-        let bound = bake.work.bind(
+        let frame = bake.submitter.upload("frame", BufferUsages::UNIFORM, bytes);
+        let bytes = bytemuck::cast_slice(candidates);
+        let buffer = bake
+            .submitter
+            .upload("row hit candidates", BufferUsages::STORAGE, bytes);
+        let kernel = &kernels.row_hits;
+        let bindings = bake.submitter.bind(
             kernel,
             &[
                 &frame,
-                &run.buffers.counters,
-                &run.buffers.wrapped,
+                &inputs.buffers.counters,
+                &inputs.buffers.overflowed,
                 &self.levels,
-                &run.buffers.facings,
-                &run.buffers.ranks,
-                &candidates,
+                &inputs.buffers.facing_intervals,
+                &inputs.buffers.ranks,
+                &buffer,
             ],
         );
         let lanes = data.n_blocks * LANES;
-        let mut extent = line(
-            found.len() as u32,
+        let mut extent = linear_extent(
+            candidates.len() as u32,
             f64::from(WORKGROUP * data.n_rows * lanes),
         );
         extent.y = data.n_rows;
-        bake.work.dispatch(kernel, &bound, extent)
+        bake.submitter.dispatch(kernel, &bindings, extent)
     }
 
-    pub(super) fn after_piercings(&self, bake: &mut Bake<'_>) -> Result<(), BakeError> {
+    /// Dispatches the stages after the row hits: summation and moments.
+    pub(super) fn dispatch_summation(&self, bake: &mut Bake<'_>) -> Result<(), BakeError> {
         let Self {
-            run, data, kernels, ..
+            inputs,
+            data,
+            kernels,
+            ..
         } = self;
-        let buffers = run.buffers;
-        let batches = run.pass.n_batches();
+        let buffers = inputs.buffers;
+        let batches = inputs.pass.n_batches();
         let [n_u, n_v, n_w] = data.cells;
 
-        bake.work.encoder().clear_buffer(&buffers.masks, 0, None);
+        // The summation only writes the columns within the mesh's bounds.
+        bake.submitter
+            .encoder()
+            .clear_buffer(&buffers.masks, 0, None);
         let kernel = &kernels.summation;
-        let bound = bake
-            .work
+        let bindings = bake
+            .submitter
             .bind(kernel, &[&self.frame, &buffers.counters, &buffers.masks]);
-        let counter = if run.wide { 4 } else { 1 };
+        let counter = if inputs.wide { 4 } else { 1 };
         let units = f64::from(WORKGROUP * n_u * 8 * counter * batches);
-        let mut extent = line(n_v * n_w, units);
+        let mut extent = linear_extent(n_v * n_w, units);
         extent.y = batches;
-        bake.work.dispatch(kernel, &bound, extent)?;
+        bake.submitter.dispatch(kernel, &bindings, extent)?;
 
         let kernel = &kernels.moments;
-        let bound = bake.work.bind(
+        let bindings = bake.submitter.bind(
             kernel,
-            &[&self.frame, &buffers.masks, &self.shares, &buffers.sums],
+            &[
+                &self.frame,
+                &buffers.masks,
+                &self.subset_sums,
+                &buffers.sums,
+            ],
         );
         let units = f64::from(WORKGROUP * 32 * batches);
-        bake.work
-            .dispatch(kernel, &bound, line(n_u * n_v * n_w, units))
+        bake.submitter
+            .dispatch(kernel, &bindings, linear_extent(n_u * n_v * n_w, units))
     }
 }
 
-/// Workgroups for so many invocations.
-fn line(invocations: u32, units: f64) -> Extent {
+/// Returns the workgroups along x for this many invocations.
+fn linear_extent(invocations: u32, units: f64) -> Extent {
     Extent {
         n: invocations.div_ceil(WORKGROUP),
         y: 1,
@@ -228,28 +262,28 @@ fn line(invocations: u32, units: f64) -> Extent {
     }
 }
 
-/// Rows of texels that one workgroup searches its edges for.
-fn rows_each(n_edges: u32, pass: &Pass) -> u32 {
-    let groups = (ENOUGH_SEARCHES / n_edges.max(1)).clamp(1, pass.n_rows);
+/// Returns the number of rows of texels for which one workgroup searches its edges.
+fn rows_per_workgroup(n_edges: u32, pass: &Pass) -> u32 {
+    let groups = (MIN_SEARCH_INVOCATIONS / n_edges.max(1)).clamp(1, pass.n_rows);
     pass.n_rows.div_ceil(groups)
 }
 
-/// Steps of a piece of work, see `crossings.wgsl`: so many that an edge, of which a block has at
-/// most as many steps as it has directions times levels, has below 2¹¹ pieces, and all of a
-/// workgroup's pairs below 2²¹.
-pub(super) fn steps_of_piece(n_ranks: u32) -> u32 {
-    STEPS_OF_PIECE.max(n_ranks / 64).next_power_of_two()
+/// Returns the maximum number of deltas of a piece, see `crossings.wgsl`. An edge has in a block
+/// at most directions × levels deltas, so that it has fewer than 2¹¹ pieces, and all pairs of a
+/// workgroup fewer than 2²¹.
+pub(super) fn deltas_per_piece(n_ranks: u32) -> u32 {
+    PIECE_DELTAS.max(n_ranks / 64).next_power_of_two()
 }
 
-/// In how many parts the levels of each edge are shared out: so that there are enough
-/// invocations, and that none loops too long.
-fn parts(n_edges: u32, pass: &Pass, edge_levels: f64) -> u32 {
-    let for_many = ENOUGH_INVOCATIONS / (n_edges * pass.n_rows).max(1);
-    // All of an invocation's share of pairs at the worst, in every direction of every block.
-    let steps = edge_levels * f64::from(pass.n_rows * pass.n_blocks * LANES);
-    let for_short = (steps / MOST_STEPS).ceil() as u32;
-    for_many
-        .min(MOST_PARTS)
-        .max(for_short)
-        .clamp(1, MOST_WORKGROUPS)
+/// Returns the number of workgroups over which the pieces of the same edges are distributed: so
+/// many that there are enough invocations, and that none of them loops for too long.
+fn n_parts(n_edges: u32, pass: &Pass, edge_levels: f64) -> u32 {
+    let to_fill_device = MIN_INVOCATIONS / (n_edges * pass.n_rows).max(1);
+    // In the worst case each invocation's edge is a silhouette in every direction of every block.
+    let deltas = edge_levels * f64::from(pass.n_rows * pass.n_blocks * LANES);
+    let to_limit_loops = (deltas / MAX_DELTAS).ceil() as u32;
+    to_fill_device
+        .min(MAX_PARTS)
+        .max(to_limit_loops)
+        .clamp(1, MAX_WORKGROUPS)
 }

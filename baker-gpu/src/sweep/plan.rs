@@ -1,41 +1,43 @@
-//! How a grid of any size is cut so that each piece fits the device's buffers: into bricks of
-//! cells, and for each brick and axis into passes over some rows and blocks of texels.
+//! The division of a grid into work that fits the device's buffers: into bricks of cells, and for
+//! each brick and axis into passes over some rows and blocks of texels.
 
 use aogrid_grid_format::GridSpec;
 
-use super::gpu_data::{MOST_BATCHES, MOST_ROWS, TABLE};
+use super::gpu_data::{MAX_BATCHES, MAX_ROWS, TABLE_LEN};
 
-/// Directions along a face's row are handled in blocks of this many: half the bits of a mask.
+/// The number of directions of a block, along a row of texels of a face: half the bits of a mask.
 pub(super) const LANES: u32 = 16;
 
-/// Cells of a brick along an axis, at most: so few that 16 bits hold every sum of a row's
-/// bytes, and that a table has an entry for each k of every row of texels.
-const MOST_ALONG: u32 = 256;
-const _: () = assert!(MOST_ALONG * 127 < 1 << 15 && MOST_ALONG * MOST_ROWS <= TABLE as u32);
+/// The largest number of cells of a brick along an axis. 16 bits then hold every sum of a row's
+/// bytes, and a table has an entry for each k of every row of texels.
+const MAX_BRICK_SIDE: u32 = 256;
+const _: () =
+    assert!(MAX_BRICK_SIDE * 127 < 1 << 15 && MAX_BRICK_SIDE * MAX_ROWS <= TABLE_LEN as u32);
 
-/// Cells of a brick, at most: one batch of wide counters then takes 128 MiB, which every
-/// device offers.
-const MOST_CELLS: u32 = 1 << 20;
+/// The largest number of cells of a brick. One batch of wide counters then takes 128 MiB, which
+/// every device offers.
+const MAX_BRICK_CELLS: u32 = 1 << 20;
 
-/// Directions of a batch, those of −d included.
-const DIRECTIONS: u32 = 2 * LANES;
+/// The number of directions of a batch, those of −d included.
+const BATCH_DIRECTIONS: u32 = 2 * LANES;
 
-/// Cells that are baked at a time, as if they were a grid of their own.
+/// A box of cells that are baked together, like a grid of their own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Brick {
-    /// Its first cell in the grid.
+    /// The brick's first cell in the grid.
     pub first: [u32; 3],
     pub cells: [u32; 3],
 }
 
 impl Brick {
-    /// Divides a grid; most are one brick.
+    /// Divides a grid into bricks; most grids are a single brick.
     pub(super) fn all(spec: &GridSpec) -> Vec<Self> {
         let n = spec.resolution();
-        let mut parts = n.map(|n| n.div_ceil(MOST_ALONG));
+        let mut parts = n.map(|n| n.div_ceil(MAX_BRICK_SIDE));
         let size =
             |parts: [u32; 3]| -> [u32; 3] { std::array::from_fn(|x| n[x].div_ceil(parts[x])) };
-        while size(parts).iter().product::<u32>() > MOST_CELLS {
+        // Split the longest side until the bricks are small enough.
+        while size(parts).iter().product::<u32>() > MAX_BRICK_CELLS {
             let longest = (0..3).max_by_key(|&x| size(parts)[x]).unwrap_or(0);
             parts[longest] += 1;
         }
@@ -70,29 +72,30 @@ pub(super) struct Pass {
     pub n_blocks: u32,
 }
 
-/// What a pass has to fit.
+/// The limits and sizes that determine how large a pass may be.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Room {
-    /// Bytes of a buffer that a shader may see.
+pub(super) struct MemoryBudget {
+    /// The largest number of bytes of a buffer binding.
     pub binding: u64,
-    /// Bytes of a counter.
+    /// The size of a counter in bytes.
     pub counter: u64,
     pub n_vertices: u64,
     pub n_triangles: u64,
 }
 
 impl Pass {
-    /// All passes over faces of `size`² texels, for one brick.
-    pub(super) fn all(brick: &Brick, size: u32, room: &Room) -> Vec<Self> {
+    /// Returns all passes over faces of `size`² texels, for one brick.
+    pub(super) fn all(brick: &Brick, size: u32, budget: &MemoryBudget) -> Vec<Self> {
         let blocks = size.div_ceil(LANES);
-        let batch = u64::from(brick.cell_count() * DIRECTIONS) * room.counter;
-        let batches = (room.binding / batch).clamp(1, u64::from(MOST_BATCHES)) as u32;
+        let batch_bytes = u64::from(brick.cell_count() * BATCH_DIRECTIONS) * budget.counter;
+        let batches = (budget.binding / batch_bytes).clamp(1, u64::from(MAX_BATCHES)) as u32;
         let n_blocks = blocks.min(batches);
-        // A vertex has four bytes a row, a triangle four for each four rows.
-        let of_mesh =
-            (room.binding / (4 * room.n_vertices.max(room.n_triangles / 4).max(1))).max(1);
-        let n_rows = (batches / n_blocks).min(MOST_ROWS).min(size);
-        let n_rows = u64::from(n_rows).min(of_mesh) as u32;
+        // The rows that fit the ranks (four bytes per vertex and row) and the facing intervals
+        // (four bytes per triangle and four rows).
+        let rows_for_mesh =
+            (budget.binding / (4 * budget.n_vertices.max(budget.n_triangles / 4).max(1))).max(1);
+        let n_rows = (batches / n_blocks).min(MAX_ROWS).min(size);
+        let n_rows = u64::from(n_rows).min(rows_for_mesh) as u32;
         let mut passes = Vec::new();
         for w in 0..3 {
             for first_row in (0..size).step_by(n_rows as usize) {
@@ -115,9 +118,9 @@ impl Pass {
     }
 }
 
-/// Bytes of the counters of so many batches of a brick.
+/// Returns the size in bytes of the counters of this many batches of a brick.
 pub(super) fn counter_bytes(brick: &Brick, batches: u32, counter: u64) -> u64 {
-    u64::from(brick.cell_count()) * u64::from(batches * DIRECTIONS) * counter
+    u64::from(brick.cell_count()) * u64::from(batches * BATCH_DIRECTIONS) * counter
 }
 
 #[cfg(test)]
@@ -140,8 +143,8 @@ mod tests {
             let spec = spec(resolution);
             let mut seen = vec![0; spec.cell_count()];
             for brick in Brick::all(&spec) {
-                assert!(brick.cell_count() <= MOST_CELLS);
-                assert!(brick.cells.iter().all(|n| *n <= MOST_ALONG));
+                assert!(brick.cell_count() <= MAX_BRICK_CELLS);
+                assert!(brick.cells.iter().all(|n| *n <= MAX_BRICK_SIDE));
                 let [x, y, z]: [_; 3] =
                     std::array::from_fn(|x| brick.first[x]..brick.first[x] + brick.cells[x]);
                 for k in z {
@@ -157,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn passes_cover_every_batch_once_and_fit_the_least_device() {
+    fn passes_cover_every_batch_once_and_fit_the_smallest_device() {
         let binding = u64::from(1_u32 << 27);
         for (resolution, size, counter) in [
             ([32; 3], 16_u32, 1),
@@ -168,16 +171,16 @@ mod tests {
         ] {
             let brick = Brick::all(&spec(resolution))[0];
             for (n_vertices, n_triangles) in [(10, 20), (6_000_000, 12_000_000)] {
-                let room = Room {
+                let budget = MemoryBudget {
                     binding,
                     counter,
                     n_vertices,
                     n_triangles,
                 };
                 let mut seen = vec![0; (3 * size * size.div_ceil(LANES)) as usize];
-                for pass in Pass::all(&brick, size, &room) {
+                for pass in Pass::all(&brick, size, &budget) {
                     assert!(counter_bytes(&brick, pass.n_batches(), counter) <= binding);
-                    assert!(pass.n_batches() <= MOST_BATCHES);
+                    assert!(pass.n_batches() <= MAX_BATCHES);
                     assert!(u64::from(pass.n_rows) * n_vertices * 4 <= binding);
                     let words = u64::from(pass.n_rows.div_ceil(4));
                     assert!(words * n_triangles * 4 <= binding);

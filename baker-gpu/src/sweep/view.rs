@@ -1,43 +1,43 @@
-//! One axis' view of a brick: which axis is which, how steep directions are in cells, and the
-//! planes in which the rows of cells lie.
+//! The frame (u, v, w) of an axis w over a brick: the order of the axes, the slopes of directions
+//! in cells, and the planes in which the rows of cells lie.
 
 use aogrid_bake_core::PreparedMesh;
 
-use super::gpu_data::{Bucket, Frame, Level, MOST_ROWS, TABLE};
+use super::gpu_data::{Bucket, Frame, Level, MAX_ROWS, TABLE_LEN};
 use super::plan::{Brick, Pass};
 
-/// Fewest buckets a row of texels: then most hold no more fractions than a [`Bucket`] shows.
-const FEWEST_BUCKETS: u32 = 64;
+/// The smallest number of buckets per row of texels. With as many, most buckets hold no more
+/// fractions than a [`Bucket`] stores.
+const MIN_BUCKETS: u32 = 64;
 
-/// What fills a [`Bucket`] after the last fraction: none is below it.
+/// The filler of a [`Bucket`] after the last fraction; larger than any fraction.
 const NO_FRACTION: f32 = 2.0;
 
-/// A brick seen along its axis w; u, v, w follow each other cyclically.
-pub(super) struct View {
-    /// u, v and w.
+/// The frame of a brick for one axis w; u, v, w follow each other cyclically.
+pub(super) struct AxisFrame {
+    /// The indices of the axes u, v and w: 0 is x, 1 is y, 2 is z.
     pub axes: [usize; 3],
-    /// Cells of the brick along them, and the first.
+    /// The number of cells of the brick along u, v and w, and the first cell.
     pub cells: [u32; 3],
     pub first: [u32; 3],
-    /// Cells along u, and v, per cell along w of a direction of slope 1 in object space.
+    /// Cells along u, and along v, per cell along w for a direction of slope 1 in object space.
     pub shear: [f64; 2],
     size: u32,
 }
 
 /// The levels of a pass.
 pub(super) struct Levels {
-    /// For each row of texels, an entry for each k.
+    /// The levels of each row of texels: an entry for each k.
     pub levels: Vec<Level>,
-    /// For each row of texels, see [`Levels::per_row`].
+    /// The buckets of each row of texels, [`Levels::buckets_per_row`] each.
     pub buckets: Vec<Bucket>,
-    /// Buckets a row of texels.
-    pub per_row: u32,
-    /// The lowest whole of any level, and how many levels follow it.
+    pub buckets_per_row: u32,
+    /// The lowest whole part of any level, and the number of levels from there on.
     lowest_whole: i32,
     pub n_ranks: u32,
 }
 
-impl View {
+impl AxisFrame {
     pub(super) fn new(mesh: &PreparedMesh, brick: &Brick, w: usize, size: u32) -> Self {
         let axes = [(w + 1) % 3, (w + 2) % 3, w];
         let cell = mesh.spec().cell_size();
@@ -51,20 +51,21 @@ impl View {
         }
     }
 
-    /// Cells along u (0) or v (1) per cell along w of a texel's direction.
+    /// Returns the slope of a texel's direction: cells along u (0) or v (1) per cell along w.
     fn slope(&self, across: usize, texel: u32) -> f64 {
         let size = f64::from(self.size);
         self.shear[across] * ((f64::from(2 * texel + 1) - size) / size)
     }
 
-    /// b of each row of texels; rows beyond the pass repeat its last.
-    fn row_slopes(&self, pass: &Pass) -> [f32; MOST_ROWS as usize] {
+    /// Returns b of each row of texels; rows beyond the pass repeat the last row's.
+    fn row_slopes(&self, pass: &Pass) -> [f32; MAX_ROWS as usize] {
         let row = |row: usize| pass.first_row + (row as u32).min(pass.n_rows - 1);
         std::array::from_fn(|idx| self.slope(1, row(idx)) as f32)
     }
 
-    /// Row (j, k) lies in the plane V − b·W = j − k·b. Levels are numbered in the order of that
-    /// value: by its whole part, then by the rank of its fraction among those of all k.
+    /// Returns the levels of a pass. Row (j, k) lies in the plane V − b·W = j − k·b. Levels are
+    /// numbered in the order of that value: by its whole part, then by the rank of its fraction
+    /// among those of all k.
     pub(super) fn levels(&self, pass: &Pass) -> Levels {
         let [_, n_v, n_w] = self.cells;
         let mut levels = Vec::new();
@@ -73,23 +74,24 @@ impl View {
             levels.extend((0..n_w).map(|k| self.level(k, *slope)));
             let row = &mut levels[first..];
             row.sort_by(|a: &Level, b| a.fraction.total_cmp(&b.fraction));
-            for place in 0..row.len() {
-                let k = row[place].k as usize;
-                row[k].order = place as u32;
+            // Store the inverse permutation: from k to the index in this order.
+            for idx in 0..row.len() {
+                let k = row[idx].k as usize;
+                row[k].order = idx as u32;
             }
         }
         let wholes = || levels.iter().map(|level| level.whole);
         let lowest_whole = self.first[1] as i32 + wholes().min().unwrap_or(0);
         let highest = (self.first[1] + n_v) as i32 + wholes().max().unwrap_or(0);
-        let per_row = n_w.next_power_of_two().max(FEWEST_BUCKETS);
-        debug_assert!((per_row * pass.n_rows) as usize <= TABLE);
+        let buckets_per_row = n_w.next_power_of_two().max(MIN_BUCKETS);
+        debug_assert!((buckets_per_row * pass.n_rows) as usize <= TABLE_LEN);
         Levels {
             buckets: levels
                 .chunks(n_w as usize)
-                .flat_map(|row| buckets(row, per_row))
+                .flat_map(|row| buckets(row, buckets_per_row))
                 .collect(),
             levels,
-            per_row,
+            buckets_per_row,
             lowest_whole,
             n_ranks: (highest - lowest_whole) as u32 * n_w,
         }
@@ -106,23 +108,24 @@ impl View {
         }
     }
 
-    /// The mesh's bounds, wider by a cell: a thousand times more than rounding moves a step.
-    pub(super) fn bounds_of(&self, [low, high]: [[f64; 3]; 2]) -> [[f32; 3]; 2] {
-        let local = |p: [f64; 3], wider: f64| {
-            std::array::from_fn(|i| (p[self.axes[i]] - f64::from(self.first[i]) + wider) as f32)
+    /// Returns the mesh's bounds along u, v and w, relative to the brick's first cell and enlarged
+    /// by a cell: a thousand times the distance by which rounding moves a delta.
+    pub(super) fn padded_bounds(&self, [low, high]: [[f64; 3]; 2]) -> [[f32; 3]; 2] {
+        let local = |p: [f64; 3], padding: f64| {
+            std::array::from_fn(|i| (p[self.axes[i]] - f64::from(self.first[i]) + padding) as f32)
         };
         [local(low, -1.0), local(high, 1.0)]
     }
 
-    /// All but what depends on the mesh.
-    pub(super) fn frame(&self, pass: &Pass, levels: &Levels, bits: u32) -> Frame {
+    /// Returns the uniforms of a pass, except those that depend on the mesh.
+    pub(super) fn uniforms(&self, pass: &Pass, levels: &Levels, bits: u32) -> Frame {
         Frame {
             cells: self.cells,
             bits,
             first_cell: self.first.map(|n| n as i32),
             size: self.size,
             axes: self.axes.map(|x| x as u32),
-            buckets: levels.per_row,
+            buckets_per_row: levels.buckets_per_row,
             lowest_whole: levels.lowest_whole,
             n_ranks: levels.n_ranks,
             half_slope: (self.shear[0] / f64::from(self.size)) as f32,
@@ -135,6 +138,7 @@ impl View {
     }
 }
 
+/// Returns the `n` buckets of a row of texels, whose levels are sorted by their fractions.
 fn buckets(row: &[Level], n: u32) -> impl Iterator<Item = Bucket> + '_ {
     (0..n).map(move |idx| {
         let low = idx as f32 / n as f32;

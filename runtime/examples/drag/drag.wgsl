@@ -2,7 +2,7 @@
 
 struct Frame {
     clip_from_world: mat4x4f,
-    /// Where the object stands.
+    /// The position of the object that moves.
     object: vec4f,
 }
 
@@ -21,7 +21,7 @@ struct GBuffer {
     @location(2) id: u32,
 }
 
-/// w of the position: the object's id. The first moves.
+/// Transforms a vertex. `position.w` is the object's id; object 0 is the one that moves.
 @vertex
 fn surface(@location(0) position: vec4f, @location(1) normal: vec3f) -> Surface {
     let world = position.xyz + select(vec3f(), frame.object.xyz, position.w == 0.0);
@@ -35,11 +35,11 @@ fn gbuffer(in: Surface) -> GBuffer {
 
 @group(0) @binding(0) var positions: texture_2d<f32>;
 @group(0) @binding(1) var normals: texture_2d<f32>;
-/// Light from all around.
+/// Ambient light.
 @group(0) @binding(2) var light: texture_2d<f32>;
-/// What is left of it.
+/// The share of ambient light that remains, 1 − AO, in one channel.
 @group(0) @binding(3) var transmittances: texture_2d<f32>;
-/// 1 for the channel that holds them, else 0.
+/// A mask: 1 for that channel of `transmittances`, 0 for the others.
 @group(0) @binding(4) var<uniform> channel: vec4f;
 
 @vertex
@@ -47,7 +47,7 @@ fn whole_screen(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
     return vec4f(f32(i & 1u) * 4.0 - 1.0, f32(i >> 1u) * 4.0 - 1.0, 0.0, 1.0);
 }
 
-/// Ambient light, which is what occlusion darkens, and a lamp, which it does not touch.
+/// Adds ambient light, which occlusion darkens, and a lamp, which it does not.
 @fragment
 fn compose(@builtin(position) pixel: vec4f) -> @location(0) vec4f {
     let at = vec2u(pixel.xy);
@@ -55,8 +55,8 @@ fn compose(@builtin(position) pixel: vec4f) -> @location(0) vec4f {
         return vec4f(0.80, 0.86, 0.92, 1.0);
     }
     let n = 2.0 * textureLoad(normals, at, 0).xyz - 1.0;
-    let left = dot(textureLoad(transmittances, at, 0), channel);
-    let ambient = textureLoad(light, at, 0).rgb * left;
+    let transmittance = dot(textureLoad(transmittances, at, 0), channel);
+    let ambient = textureLoad(light, at, 0).rgb * transmittance;
     let lamp = vec3f(0.30, 0.28, 0.24) * max(0.0, dot(n, normalize(vec3f(0.4, 0.8, 0.5))));
     return vec4f(ambient + lamp, 1.0);
 }

@@ -4,12 +4,12 @@
 //! cargo run --release -p aogrid-runtime --example drag
 //! ```
 //!
-//! Left button: drag the robot, to the table for example. 1: no occlusion, 2: occlusion alone,
-//! 3: cones, multiplied, 4: merged; 5 and 6 the same in tiles. E: light from a sky between a red wall
-//! and a blue-green one in place of light that is the same from everywhere, on and off; what cones hide is
-//! taken away by its direction, occlusion alone darkens. The title says how long a frame takes.
-//! `--screenshot OUT.png` draws a few frames, writes the last one and ends; digits and `e` after it
-//! are keys to press before.
+//! Left button: drag the robot, for example to the table. Keys: 1 no occlusion, 2 scalar occlusion,
+//! 3 cones, multiplied, 4 cones, merged, 5 and 6 the same in tiles. E switches between uniform
+//! ambient light and a sky between a red wall and a blue-green one, from which cones remove light
+//! by direction and scalar occlusion only darkens. The title shows the time per frame.
+//! `--screenshot OUT.png` draws a few frames, writes the last one and exits; digits and `e` after
+//! it are keys to press beforehand.
 
 mod pipelines;
 mod renderer;
@@ -32,20 +32,20 @@ use winit::event_loop::{ActiveEventLoop, EventLoop};
 use winit::keyboard::{KeyCode, PhysicalKey};
 use winit::window::{Window, WindowId};
 
-/// Frames before a screenshot: windows take some to come up.
-const WARM_UP: u32 = 5;
+/// Frames drawn before a screenshot: a new window needs a few to settle.
+const WARM_UP_FRAMES: u32 = 5;
 
-/// How much of a frame's time the shown average takes in.
+/// The weight of the latest frame in the displayed moving average of frame times.
 const SMOOTHING: f32 = 0.1;
 
-/// What a key does.
+/// The effect of a key.
 #[derive(Clone, Copy)]
 enum Action {
     Shade(Shading),
     ToggleSky,
 }
 
-/// Keys, as a window and a command line name them.
+/// The keys: their code in window events, their name on the command line, and their effect.
 const KEYS: [(KeyCode, &str, Action); 7] = [
     (KeyCode::Digit1, "1", Action::Shade(Shading::None)),
     (KeyCode::Digit2, "2", Action::Shade(Shading::Occlusion)),
@@ -93,7 +93,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let action = args.map(|arg| key(arg).map(|(.., action)| *action).ok_or(usage));
     let mut app = App {
         screenshot,
-        first: action.collect::<Result<_, _>>()?,
+        initial_actions: action.collect::<Result<_, _>>()?,
         ..App::default()
     };
     EventLoop::new()?.run_app(&mut app)?;
@@ -104,8 +104,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 struct App {
     shown: Option<(Arc<Window>, Renderer)>,
     screenshot: Option<String>,
-    /// Keys to press before the first frame.
-    first: Vec<Action>,
+    /// The actions of keys to press before the first frame.
+    initial_actions: Vec<Action>,
     failure: Option<Box<dyn Error>>,
     cursor: [f32; 2],
     is_dragging: bool,
@@ -120,7 +120,9 @@ impl ApplicationHandler for App {
         }
         match open(event_loop) {
             Ok((window, mut renderer)) => {
-                self.first.iter().for_each(|key| key.run(&mut renderer));
+                self.initial_actions
+                    .iter()
+                    .for_each(|action| action.run(&mut renderer));
                 self.shown = Some((window, renderer));
             }
             Err(error) => self.fail(event_loop, error),
@@ -164,7 +166,7 @@ impl ApplicationHandler for App {
                 if let Err(error) = drawn {
                     return self.fail(event_loop, error);
                 }
-                self.count(&window, start);
+                self.update_title(&window, start);
                 if let Err(error) = self.end_with_screenshot(event_loop) {
                     return self.fail(event_loop, error);
                 }
@@ -176,7 +178,7 @@ impl ApplicationHandler for App {
 }
 
 impl App {
-    fn count(&mut self, window: &Window, start: Instant) {
+    fn update_title(&mut self, window: &Window, start: Instant) {
         let milliseconds = start.elapsed().as_secs_f32() * 1e3;
         self.frames += 1;
         self.milliseconds += SMOOTHING * (milliseconds - self.milliseconds);
@@ -188,7 +190,7 @@ impl App {
         let (Some(path), Some((_, renderer))) = (&self.screenshot, &mut self.shown) else {
             return Ok(());
         };
-        if self.frames >= WARM_UP {
+        if self.frames >= WARM_UP_FRAMES {
             let (pixels, [width, height]) = renderer.screenshot()?;
             image::save_buffer(path, &pixels, width, height, image::ColorType::Rgba8)?;
             event_loop.exit();

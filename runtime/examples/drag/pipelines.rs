@@ -1,4 +1,4 @@
-//! What the renderer around aogrid compiles: its G-buffer, and its composition.
+//! The pipelines of the renderer around aogrid: G-buffer and composition.
 
 use crate::scene::Vertex;
 use crate::targets::{DEPTH, IDS, NORMALS, POSITIONS};

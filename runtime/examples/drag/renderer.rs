@@ -1,4 +1,4 @@
-//! A small deferred renderer: G-buffer, occlusion, light from all around, composition.
+//! A small deferred renderer: G-buffer, occlusion, ambient light, composition.
 
 use std::error::Error;
 use std::sync::Arc;
@@ -11,11 +11,11 @@ use winit::window::Window;
 
 use crate::pipelines;
 use crate::scene::{FLOOR, TABLE, Vertex, models};
-use crate::shadows::{LAST, Left, Shading, Shadows, View};
+use crate::shadows::{ALPHA_CHANNEL, Shading, ShadowResult, Shadows, View};
 use crate::sky::Sky;
 use crate::targets::{DEPTH, Targets, attachment, texture};
 
-/// Light that comes from everywhere alike, where there is no sky.
+/// The uniform ambient light, used without a sky.
 const AMBIENT: wgpu::Color = wgpu::Color {
     r: 0.62,
     g: 0.64,
@@ -34,14 +34,14 @@ pub struct Renderer {
     gbuffer: wgpu::RenderPipeline,
     compose: wgpu::RenderPipeline,
     to_screenshot: wgpu::RenderPipeline,
-    /// Which channel of the transmittances' texture holds them.
+    /// A mask: 1 for the channel of the texture that holds transmittances, 0 for the others.
     channel: wgpu::Buffer,
     shadows: Shadows,
     sky: Sky,
     targets: Targets,
     object: Vec3,
     pub shading: Shading,
-    /// Whether the sky lights the scene, and not the same light from everywhere.
+    /// Whether the sky lights the scene instead of uniform ambient light.
     pub has_sky: bool,
 }
 
@@ -57,8 +57,8 @@ impl Renderer {
         let (device, queue) = pollster::block_on(device)?;
         let [width, height] = size.map(|n| n.max(1));
         let config = surface.get_default_config(&adapter, width, height);
-        let mut config = config.ok_or("the window cannot be drawn to with this adapter")?;
-        // The composition's colours are those of a screen, as they are in a screenshot.
+        let mut config = config.ok_or("this adapter cannot draw to the window")?;
+        // No sRGB conversion, so that the window shows the same values as a screenshot.
         let plain = config.format.remove_srgb_suffix();
         if surface.get_capabilities(&adapter).formats.contains(&plain) {
             config.format = plain;
@@ -122,7 +122,7 @@ impl Renderer {
         self.targets = Targets::new(&self.device, [self.config.width, self.config.height]);
     }
 
-    /// Puts the object where the cursor points to on the floor.
+    /// Moves the object to the point on the floor under the cursor.
     pub fn move_object_to(&mut self, [x, y]: [f32; 2]) {
         let ndc = [
             2.0 * x / self.config.width as f32 - 1.0,
@@ -139,7 +139,7 @@ impl Renderer {
         }
     }
 
-    /// Draws to the window, and waits until it is done, so that time can be told.
+    /// Draws to the window and waits for the GPU, so that the frame can be timed.
     pub fn draw(&mut self) -> Result<(), Box<dyn Error>> {
         use wgpu::CurrentSurfaceTexture as Current;
         let texture = match self.surface.get_current_texture() {
@@ -149,7 +149,7 @@ impl Renderer {
                 return Ok(());
             }
             Current::Timeout | Current::Occluded => return Ok(()),
-            Current::Validation => return Err("the window's next picture is not valid".into()),
+            Current::Validation => return Err("the window's next frame is not valid".into()),
         };
         let view = texture.texture.create_view(&Default::default());
         self.draw_to(&view, &self.compose.clone())?;
@@ -158,9 +158,9 @@ impl Renderer {
         Ok(())
     }
 
-    /// The scene as RGBA, and its size.
+    /// Returns the scene as RGBA, 8 bits each, with its width and height.
     pub fn screenshot(&mut self) -> Result<(Vec<u8>, [u32; 2]), Box<dyn Error>> {
-        // Copies want rows of a multiple of 256 bytes, 64 pixels.
+        // Texture-to-buffer copies need rows of a multiple of 256 bytes, 64 pixels.
         let width = self.config.width.next_multiple_of(64);
         let height = self.config.height;
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
@@ -202,8 +202,9 @@ impl Renderer {
         self.queue
             .write_buffer(&self.frame, 0, bytemuck::cast_slice(&uniform));
 
-        // Once a frame: what stands where.
-        let places = [self.object, TABLE].map(|at| Mat4::from_translation(at).to_cols_array_2d());
+        // Once per frame: the transforms of both objects.
+        let world_from_objects =
+            [self.object, TABLE].map(|at| Mat4::from_translation(at).to_cols_array_2d());
         let targets = &self.targets;
         let shadows_view = View {
             clip_from_world: clip_from_world.to_cols_array_2d(),
@@ -216,15 +217,20 @@ impl Renderer {
             stored: &targets.stored,
         };
         let (device, queue) = (&self.device, &self.queue);
-        self.shadows
-            .prepare(device, queue, self.shading, &shadows_view, &places)?;
+        self.shadows.prepare(
+            device,
+            queue,
+            self.shading,
+            &shadows_view,
+            &world_from_objects,
+        )?;
 
         let mut encoder = self.device.create_command_encoder(&Default::default());
         self.draw_gbuffer(&mut encoder);
-        let left = self
+        let shadow = self
             .shadows
             .record(&mut encoder, self.shading, &shadows_view);
-        let (transmittances, channel) = self.light(&mut encoder, left)?;
+        let (transmittances, channel) = self.light(&mut encoder, shadow)?;
         self.queue
             .write_buffer(&self.channel, 0, bytemuck::cast_slice(&channel));
         self.draw_composition(&mut encoder, view, compose, &transmittances);
@@ -232,17 +238,18 @@ impl Renderer {
         Ok(())
     }
 
-    /// Light from all around, less what is hidden of it where there are axes to tell. Where the
-    /// transmittance is by which it is yet to be multiplied: a texture, and its channel.
+    /// Draws the ambient light. Light from the sky is already occluded if the shading method has
+    /// axes. Returns the transmittance by which the light has yet to be multiplied: a texture, and
+    /// a mask of its channel.
     fn light(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        left: Left,
+        shadow: ShadowResult,
     ) -> Result<(wgpu::TextureView, [f32; 4]), Box<dyn Error>> {
         let targets = &self.targets;
         if self.has_sky {
             self.sky
-                .prepare(&self.device, &self.queue, &left.sum, &targets.normals)?;
+                .prepare(&self.device, &self.queue, &shadow.sum, &targets.normals)?;
         }
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("light"),
@@ -250,13 +257,13 @@ impl Renderer {
             ..Default::default()
         });
         if !self.has_sky {
-            return Ok(left.transmittance);
+            return Ok(shadow.transmittance);
         }
         self.sky.draw(&mut pass);
-        Ok(match left.has_axes {
-            // Its alpha is 1.
-            true => (targets.light.clone(), LAST),
-            false => left.transmittance,
+        Ok(match shadow.has_axes {
+            // The light is already occluded; its alpha is 1 and leaves it unchanged.
+            true => (targets.light.clone(), ALPHA_CHANNEL),
+            false => shadow.transmittance,
         })
     }
 

@@ -1,4 +1,4 @@
-//! What is seen: a robot and a table on a floor, and the grids of both objects.
+//! The scene: a robot and a table on a floor, and the grids of both objects.
 
 use std::error::Error;
 
@@ -7,16 +7,16 @@ use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, UNOBSERVED, post};
 use aogrid_grid_format::{Grid, Source};
 use glam::Vec3;
 
-/// Position and normal; w of the position is the object's id, of which the first moves.
+/// Position, object id and normal; object 0 is the one that moves.
 pub type Vertex = [f32; 7];
 
-/// Half the floor's side.
+/// Half the side length of the floor.
 pub const FLOOR: f32 = 3.0;
 
-/// Where the table stands.
+/// The table's position.
 pub const TABLE: Vec3 = Vec3::new(1.5, 0.0, -0.9);
 
-/// The vertices of robot, table and floor, and the grids of both objects, baked here and now.
+/// Returns the vertices of robot, table and floor, and the grids of both objects, which it bakes.
 pub fn models() -> Result<(Vec<Vertex>, Vec<Grid>), Box<dyn Error>> {
     let [robot, table] = [Sample::Robot, Sample::Table].map(|sample| sample.mesh(None));
     let (robot, table) = (robot?, table?);
@@ -24,13 +24,13 @@ pub fn models() -> Result<(Vec<Vertex>, Vec<Grid>), Box<dyn Error>> {
     let corners = [[-f, 0.0, f], [f, 0.0, f], [f, 0.0, -f], [-f, 0.0, -f]];
     let [a, b, c, d] = corners;
     let floor = [[a, b, c], [a, c, d]];
-    let table_there = table
+    let moved_table = table
         .corners()
         .map(|corners| corners.map(|p| (Vec3::from(p) + TABLE).to_array()));
     let robot_and_table = robot
         .corners()
         .map(|t| (t, 0))
-        .chain(table_there.map(|t| (t, 1)));
+        .chain(moved_table.map(|t| (t, 1)));
     let all = robot_and_table.chain(floor.map(|t| (t, 2)));
     let all = all
         .flat_map(|(triangle, id)| vertices(triangle, id))
@@ -54,7 +54,7 @@ fn bake(mesh: &TriangleMesh, sample: Sample) -> Result<Grid, Box<dyn Error>> {
     Ok(post::finish(raw, &placement, &options, source)?)
 }
 
-/// A triangle with its own normal.
+/// Returns a triangle's vertices with its face normal.
 fn vertices(triangle: [[f32; 3]; 3], id: u8) -> [Vertex; 3] {
     let [a, b, c] = triangle.map(Vec3::from);
     let n = (b - a).cross(c - a).normalize_or_zero();

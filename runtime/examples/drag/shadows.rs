@@ -1,4 +1,4 @@
-//! All that is aogrid's: the passes, one for each way to shade, and the grids.
+//! The use of aogrid: its passes, one for each shading method, and the grids.
 
 use std::error::Error;
 
@@ -11,30 +11,30 @@ use aogrid_runtime::{
 
 use crate::targets::attachment;
 
-/// How pixels are darkened.
+/// The method by which pixels are darkened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shading {
     None,
-    /// Without regard to normals, multiplied by raster.
+    /// Scalar occlusion, which ignores normals, multiplied by the raster pass.
     Occlusion,
-    /// Cones, by raster.
+    /// Cones, by the raster passes.
     Cone(Combine),
-    /// Cones, in tiles.
+    /// Cones, by the tiled passes.
     Tiled(Combine),
 }
 
-/// What the passes read: world positions, normals as (n + 1)/2, and objects' ids.
+/// The textures of the passes. They read world positions, normals as (n + 1)/2, and object ids.
 pub struct View<'a> {
     pub clip_from_world: [[f32; 4]; 4],
     pub positions: &'a wgpu::TextureView,
     pub normals: &'a wgpu::TextureView,
     pub ids: &'a wgpu::TextureView,
     pub depth: &'a wgpu::TextureView,
-    /// What occlusion alone is multiplied into.
+    /// The target of scalar occlusion.
     pub darkened: &'a wgpu::TextureView,
-    /// What cones are multiplied into by raster.
+    /// The target of cones multiplied by raster.
     pub blended: &'a wgpu::TextureView,
-    /// What tiles are written to.
+    /// The target of the tiled passes.
     pub stored: &'a wgpu::TextureView,
 }
 
@@ -42,19 +42,20 @@ pub const DARKENED: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
 pub const BLENDED: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 pub const STORED: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
-/// What a way to shade leaves of each pixel.
-pub struct Left {
-    /// Where 1 − AO is: a texture, and its channel.
+/// The result of a shading method for each pixel.
+pub struct ShadowResult {
+    /// The texture that holds 1 − AO, and a mask of its channel.
     pub transmittance: (wgpu::TextureView, [f32; 4]),
-    /// The sum of all (AO/2) d′, and 1 − AO; nothing hidden, where a way has no axes.
+    /// The sum of all (AO/2) d′, and 1 − AO; unoccluded if the method has no axes.
     pub sum: wgpu::TextureView,
-    /// Whether `sum` has all that is hidden.
+    /// Whether `sum` holds the occlusion.
     pub has_axes: bool,
 }
 
-/// Channels of a texture.
-const FIRST: [f32; 4] = [1.0, 0.0, 0.0, 0.0];
-pub const LAST: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
+/// The mask of a texture's first channel.
+const RED_CHANNEL: [f32; 4] = [1.0, 0.0, 0.0, 0.0];
+/// The mask of a texture's last channel.
+pub const ALPHA_CHANNEL: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
 pub struct Shadows {
     occlusion: OcclusionPass,
@@ -77,7 +78,7 @@ impl Shadows {
             format: depth,
             compare: wgpu::CompareFunction::GreaterEqual,
         });
-        // Cones know a surface of their own object by its normal.
+        // Only scalar occlusion needs receiver ids; cones tell self-occlusion by the normal.
         let by_raster = |mode, receivers, output, target| {
             let descriptor = OcclusionPassDescriptor {
                 label: format!("{mode:?}"),
@@ -140,20 +141,22 @@ impl Shadows {
         })
     }
 
-    /// Once a frame: what stands where, a grid each.
+    /// Sets the inputs of a frame. `world_from_objects` has one transform for each grid.
     pub fn prepare(
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         shading: Shading,
         view: &View<'_>,
-        places: &[[[f32; 4]; 4]],
+        world_from_objects: &[[[f32; 4]; 4]],
     ) -> Result<(), Box<dyn Error>> {
         let instances = || {
-            (0..).zip(places).map(|(object_id, place)| Instance {
-                object_id,
-                ..Instance::at(*place)
-            })
+            (0..)
+                .zip(world_from_objects)
+                .map(|(object_id, world_from_object)| Instance {
+                    object_id,
+                    ..Instance::at(*world_from_object)
+                })
         };
         let by_raster: Vec<_> = self.grids.iter().zip(instances()).collect();
         let in_tiles: Vec<_> = instances().enumerate().collect();
@@ -186,15 +189,15 @@ impl Shadows {
         Ok(())
     }
 
-    /// Records what was prepared.
+    /// Records the prepared pass and returns its result.
     pub fn record(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         shading: Shading,
         view: &View<'_>,
-    ) -> Left {
-        let with_axes = |sum: &wgpu::TextureView| Left {
-            transmittance: (sum.clone(), LAST),
+    ) -> ShadowResult {
+        let with_axes = |sum: &wgpu::TextureView| ShadowResult {
+            transmittance: (sum.clone(), ALPHA_CHANNEL),
             sum: sum.clone(),
             has_axes: true,
         };
@@ -207,15 +210,15 @@ impl Shadows {
             }
             Shading::None | Shading::Cone(Combine::Multiply) => {
                 let drawn = (shading != Shading::None).then_some(&self.multiply);
-                multiply_by_raster(encoder, view, view.blended, OPEN, drawn);
+                multiply_by_raster(encoder, view, view.blended, UNOCCLUDED, drawn);
                 return with_axes(view.blended);
             }
             Shading::Occlusion => {
-                multiply_by_raster(encoder, view, view.blended, OPEN, None);
+                multiply_by_raster(encoder, view, view.blended, UNOCCLUDED, None);
                 let clear = self.occlusion.clear_color();
                 multiply_by_raster(encoder, view, view.darkened, clear, Some(&self.occlusion));
-                return Left {
-                    transmittance: (view.darkened.clone(), FIRST),
+                return ShadowResult {
+                    transmittance: (view.darkened.clone(), RED_CHANNEL),
                     sum: view.blended.clone(),
                     has_axes: false,
                 };
@@ -226,10 +229,10 @@ impl Shadows {
     }
 }
 
-/// No axis, and a transmittance of 1.
-const OPEN: wgpu::Color = wgpu::Color::BLACK;
+/// The clear color of an unoccluded pixel: no axis, and a transmittance of 1.
+const UNOCCLUDED: wgpu::Color = wgpu::Color::BLACK;
 
-/// What is drawn, none or a pass, into a target that is cleared first.
+/// Clears a target and multiplies a pass into it, if there is one.
 fn multiply_by_raster(
     encoder: &mut wgpu::CommandEncoder,
     view: &View<'_>,
@@ -240,7 +243,7 @@ fn multiply_by_raster(
     let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("occlusion"),
         color_attachments: &[attachment(target, wgpu::LoadOp::Clear(clear))],
-        // No operations: it is only read.
+        // Read only: no operations.
         depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
             view: view.depth,
             depth_ops: None,

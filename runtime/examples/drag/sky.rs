@@ -1,5 +1,5 @@
-//! Light from all around: a sky that fades towards a pale horizon, between a red wall to the left and
-//! a blue-green one to the right, over a ground as dark as earth. No file: it is made here.
+//! A procedural sky that fades to a pale horizon, between a red wall on the left and a blue-green
+//! one on the right, over dark ground.
 
 use std::error::Error;
 use std::f32::consts::{PI, TAU};
@@ -12,10 +12,10 @@ use glam::{Mat4, Vec3};
 
 use crate::targets::LIGHT;
 
-/// Texels across and down.
+/// The width and height of the map in texels.
 const SIZE: [usize; 2] = [128, 64];
 
-/// The sine of the walls' upper edge.
+/// The sine of the elevation of the walls' upper edge.
 const WALLS: f32 = 0.75;
 
 pub struct Sky {
@@ -44,44 +44,46 @@ impl Sky {
         })
     }
 
-    /// Once a frame. `hidden`: what occluders add up to, with axes.
+    /// Sets the inputs of a frame. `occlusion` holds the occluders' combined axis and
+    /// transmittance.
     pub fn prepare(
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        hidden: &wgpu::TextureView,
+        occlusion: &wgpu::TextureView,
         normals: &wgpu::TextureView,
     ) -> Result<(), Box<dyn Error>> {
         let frame = EnvironmentFrame {
-            // Only depths and mirrors ask where the camera is.
+            // Only positions from depth and glossy reflection need the camera.
             clip_from_world: Mat4::IDENTITY.to_cols_array_2d(),
             eye: [0.0; 4],
             lobe_half_angle: 0.0,
             environment: AogridEnvironment::new(Up::Y, 0.0),
             map: &self.map,
-            occlusion: hidden,
+            occlusion,
             normals,
             positions: None,
         };
         Ok(self.pass.prepare(device, queue, &frame)?)
     }
 
-    /// Writes what each pixel reflects, and 1 in alpha.
+    /// Draws the light that each pixel reflects, with an alpha of 1.
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
         self.pass.draw(pass);
     }
 }
 
-/// Where a texel is seen: the middle of the map is +z, and +x a quarter of its width from the left.
+/// Returns the direction of a texel: +z is the middle of the map, +x a quarter of its width from
+/// the left.
 fn direction(idx: usize) -> Vec3 {
     let [u, v] = [idx % SIZE[0], idx / SIZE[0]].map(|n| n as f32 + 0.5);
     let azimuth = TAU * (0.5 - u / SIZE[0] as f32);
     let colatitude = PI * v / SIZE[1] as f32;
-    let level = colatitude.sin();
+    let sin_colatitude = colatitude.sin();
     Vec3::new(
-        level * azimuth.sin(),
+        sin_colatitude * azimuth.sin(),
         colatitude.cos(),
-        level * azimuth.cos(),
+        sin_colatitude * azimuth.cos(),
     )
 }
 

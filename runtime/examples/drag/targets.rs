@@ -1,4 +1,4 @@
-//! Textures of the window's size.
+//! The textures of the window's size.
 
 use crate::shadows::{BLENDED, DARKENED, STORED};
 
@@ -16,7 +16,7 @@ pub struct Targets {
     pub darkened: wgpu::TextureView,
     pub blended: wgpu::TextureView,
     pub stored: wgpu::TextureView,
-    /// Light from all around, and in alpha 1.
+    /// Ambient light, with an alpha of 1.
     pub light: wgpu::TextureView,
 }
 
@@ -65,7 +65,7 @@ pub fn texture(
     })
 }
 
-/// A target of a render pass.
+/// Returns a color attachment of a render pass.
 pub fn attachment(
     view: &wgpu::TextureView,
     load: wgpu::LoadOp<wgpu::Color>,

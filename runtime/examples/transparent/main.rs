@@ -1,4 +1,4 @@
-//! Glass amid objects, shaded by the lists of the tiled pass: what a G-buffer does not show.
+//! Glass among objects, shaded with the lists of the tiled pass. The glass is not in the G-buffer.
 //!
 //! ```sh
 //! cargo run --release -p aogrid-runtime --example transparent -- glass.png
@@ -17,7 +17,8 @@ use glam::camera::rh::{proj::directx, view};
 use glam::{Mat4, Vec3};
 use wgpu::util::DeviceExt;
 
-/// Copies want rows of a multiple of 256 bytes, 64 pixels.
+/// The image's width and height. Texture-to-buffer copies need rows of a multiple of 256 bytes, 64
+/// pixels.
 const SIZE: [u32; 2] = [640, 400];
 
 const FLOATS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -45,14 +46,14 @@ async fn draw() -> Result<Vec<u8>, Box<dyn Error>> {
     let clip_from_world = directx::perspective(0.46, aspect, 0.1, 30.0)
         * view::look_at_mat4(Vec3::new(1.6, 2.3, 5.2), Vec3::new(0.0, 0.35, 0.2), Vec3::Y);
 
-    // What any renderer has: a G-buffer of what is opaque.
+    // Present in any renderer: a G-buffer of the opaque surfaces.
     let (grids, occluders, vertices) = models()?;
     let target = |format, usage| texture(device, format, usage).create_view(&Default::default());
     let read = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
     let (positions, normals) = (target(FLOATS, read), target(HALVES, read));
     let depth = target(DEPTH, wgpu::TextureUsages::RENDER_ATTACHMENT);
-    let left = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
-    let left = target(HALVES, left);
+    let storage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
+    let occlusion = target(HALVES, storage);
 
     // The tiled pass shades it, and keeps its lists.
     let descriptor = TiledPassDescriptor {
@@ -75,7 +76,7 @@ async fn draw() -> Result<Vec<u8>, Box<dyn Error>> {
         receivers: None,
         atlas: &atlas,
         occluders: &occluders,
-        target: &left,
+        target: &occlusion,
     };
     tiled.prepare(device, queue, &frame)?;
     let lists = tiled.lists().ok_or("nothing was prepared")?;
@@ -87,7 +88,7 @@ async fn draw() -> Result<Vec<u8>, Box<dyn Error>> {
         bytemuck::bytes_of(&clip_from_world),
     );
     let for_gbuffer = pipelines.camera(device, &camera);
-    let for_picture = pipelines.all(device, &camera, [&left, &normals]);
+    let for_picture = pipelines.all(device, &camera, [&occlusion, &normals]);
     let opaque = buffer(
         device,
         wgpu::BufferUsages::VERTEX,
@@ -111,6 +112,7 @@ async fn draw() -> Result<Vec<u8>, Box<dyn Error>> {
         pass.set_vertex_buffer(0, opaque.slice(..));
         pass.draw(0..vertices.len() as u32, 0..1);
     }
+    // Between the G-buffer and the shading that reads its result.
     tiled.dispatch(&mut encoder.begin_compute_pass(&Default::default()));
     {
         let depth = Some(depth_attachment(&depth, wgpu::LoadOp::Load));
@@ -121,6 +123,7 @@ async fn draw() -> Result<Vec<u8>, Box<dyn Error>> {
         pass.set_bind_group(1, lists, &[]);
         pass.set_pipeline(&pipelines.opaque);
         pass.draw(0..3, 0..1);
+        // The glass is blended over the opaque image and tested against its depth.
         pass.set_pipeline(&pipelines.glass);
         pass.set_vertex_buffer(0, glass.slice(..));
         pass.draw(0..6, 0..1);
@@ -128,9 +131,10 @@ async fn draw() -> Result<Vec<u8>, Box<dyn Error>> {
     read_back(device, queue, encoder, &picture)
 }
 
-/// Grids, who stands where, and all opaque triangles in world space: a ring of objects on a floor.
+/// The grids, the instances with the index of their grid, and all opaque triangles in world space.
 type Models = (Vec<Grid>, Vec<(usize, Instance)>, Vec<Vertex>);
 
+/// Returns a ring of objects on a floor, with their baked grids.
 fn models() -> Result<Models, Box<dyn Error>> {
     const COUNT: usize = 16;
     let meshes = [Sample::Torus.mesh(None)?, Sample::Table.mesh(None)?];
@@ -160,12 +164,12 @@ fn models() -> Result<Models, Box<dyn Error>> {
         let angle = i as f32 / COUNT as f32 * std::f32::consts::TAU;
         let ring = if i % 2 == 0 { 1.45 } else { 0.8 };
         let at = Vec3::new(ring * angle.cos(), 0.0, ring * angle.sin());
-        let place = Mat4::from_translation(at)
+        let world_from_object = Mat4::from_translation(at)
             * Mat4::from_rotation_y(angle)
             * Mat4::from_scale(Vec3::splat(0.32));
-        occluders.push((i % 2, Instance::at(place.to_cols_array_2d())));
+        occluders.push((i % 2, Instance::at(world_from_object.to_cols_array_2d())));
         for corners in meshes[i % 2].corners() {
-            let [a, b, c] = corners.map(|p| place.transform_point3(p.into()));
+            let [a, b, c] = corners.map(|p| world_from_object.transform_point3(p.into()));
             let n = (b - a).cross(c - a).normalize_or_zero();
             vertices.extend([a, b, c].map(|p| [p.to_array(), n.to_array()]));
         }
@@ -173,7 +177,7 @@ fn models() -> Result<Models, Box<dyn Error>> {
     Ok((grids, occluders, vertices))
 }
 
-/// A pane across the ring, seen from the front.
+/// Returns a pane across the ring that faces +z.
 fn pane() -> [Vertex; 6] {
     let [left, right, bottom, top, z] = [-1.1, 1.1, 0.02, 0.7, 0.54];
     let corners = [
@@ -184,7 +188,7 @@ fn pane() -> [Vertex; 6] {
     quad(corners, Vec3::Z)
 }
 
-/// A parallelogram from three of its corners.
+/// Returns the triangles of a parallelogram, given three of its corners.
 fn quad([a, b, c]: [Vec3; 3], normal: Vec3) -> [Vertex; 6] {
     let d = a + c - b;
     [a, b, c, a, c, d].map(|p| [p.to_array(), normal.to_array()])
@@ -200,17 +204,17 @@ struct Pipelines {
 
 impl Pipelines {
     fn new(device: &wgpu::Device, lists: &wgpu::BindGroupLayout) -> Self {
-        let own = include_str!("transparent.wgsl");
-        let source = [wgsl::SHADING, &wgsl::tile_lists(1), own].concat();
+        let own_source = include_str!("transparent.wgsl");
+        let source = [wgsl::SHADING, &wgsl::tile_lists(1), own_source].concat();
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: None,
             source: wgpu::ShaderSource::Wgsl(source.into()),
         });
-        let entries = [uniform(0), loaded(1), loaded(2)];
+        let entries = [uniform_entry(0), texture_entry(1), texture_entry(2)];
         let (camera, all) = (layout(device, &entries[..1]), layout(device, &entries));
         let blend = Some(wgpu::BlendState::ALPHA_BLENDING);
         let plain = |format: wgpu::TextureFormat| Some(format.into());
-        let seen = |compare, writes| wgpu::DepthStencilState {
+        let depth_state = |compare, writes| wgpu::DepthStencilState {
             format: DEPTH,
             depth_write_enabled: Some(writes),
             depth_compare: Some(compare),
@@ -258,19 +262,19 @@ impl Pipelines {
                 &[&camera],
                 ["surface", "gbuffer"],
                 &[plain(FLOATS), plain(HALVES)],
-                seen(Less, true),
+                depth_state(Less, true),
             ),
             opaque: make(
                 &[&all],
                 ["whole_screen", "opaque"],
                 &[plain(PICTURE)],
-                seen(Always, false),
+                depth_state(Always, false),
             ),
             glass: make(
                 &[&all, lists],
                 ["surface", "glass"],
                 &[Some(glass)],
-                seen(Less, false),
+                depth_state(Less, false),
             ),
             camera,
             all,
@@ -287,11 +291,11 @@ impl Pipelines {
         camera: &wgpu::Buffer,
         views: [&wgpu::TextureView; 2],
     ) -> wgpu::BindGroup {
-        let [left, normals] = views.map(wgpu::BindingResource::TextureView);
+        let [occlusion, normals] = views.map(wgpu::BindingResource::TextureView);
         group(
             device,
             &self.all,
-            [camera.as_entire_binding(), left, normals],
+            [camera.as_entire_binding(), occlusion, normals],
         )
     }
 }
@@ -302,7 +306,7 @@ const VERTICES: Option<wgpu::VertexBufferLayout<'static>> = Some(wgpu::VertexBuf
     attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3],
 });
 
-fn uniform(binding: u32) -> wgpu::BindGroupLayoutEntry {
+fn uniform_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
     wgpu::BindGroupLayoutEntry {
         binding,
         visibility: wgpu::ShaderStages::VERTEX,
@@ -315,7 +319,7 @@ fn uniform(binding: u32) -> wgpu::BindGroupLayoutEntry {
     }
 }
 
-fn loaded(binding: u32) -> wgpu::BindGroupLayoutEntry {
+fn texture_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
     wgpu::BindGroupLayoutEntry {
         binding,
         visibility: wgpu::ShaderStages::FRAGMENT,

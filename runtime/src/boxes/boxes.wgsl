@@ -15,14 +15,14 @@ fn box_with_depth(@builtin(vertex_index) idx: u32) -> @builtin(position) vec4f {
     return box_corner(idx);
 }
 
-/// At no depth that a near or far plane could clip.
+/// A constant depth, so that neither the near nor the far plane clips the box.
 @vertex
 fn box_without_depth(@builtin(vertex_index) idx: u32) -> @builtin(position) vec4f {
     let corner = box_corner(idx);
     return vec4f(corner.xy, 0.5 * corner.w, corner.w);
 }
 
-/// The box as a strip of 14 corners, counter-clockwise from outside.
+/// A corner of the box as a triangle strip of 14 vertices, counter-clockwise from outside.
 fn box_corner(idx: u32) -> vec4f {
     let bits = vec3u(0x287au, 0x02afu, 0x31e3u) >> vec3u(idx);
     return draw.clip_from_box * vec4f(vec3f(bits & vec3u(1u)), 1.0);

@@ -1,4 +1,4 @@
-//! The boxes that raster passes draw: an occluder each, its uniform at a dynamic offset, its grid.
+//! The draws of the raster passes: a box per occluder, its uniforms at a dynamic offset, its grid.
 
 mod pipeline;
 
@@ -11,22 +11,22 @@ use crate::frame::{Frame, PrepareError};
 use crate::occluder::clip_from_box;
 use crate::{AogridOccluder, GridTexture, Instance, InstanceError, grid_texture};
 
-pub(crate) use pipeline::{BoxPipeline, pipeline};
+pub(crate) use pipeline::{BoxPipelineDescriptor, pipeline};
 
-/// The depth test against the back faces of the boxes. It only saves pixels: the picture is the
-/// same with and without it. The attachment is only read.
+/// The depth test against the back faces of the boxes. It only saves work: the image is the same
+/// with and without it. The attachment is read-only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DepthTest {
     /// The depth attachment's format.
     pub format: wgpu::TextureFormat,
-    /// Which back faces lie behind what is there: `GreaterEqual` where depth grows away from
-    /// the viewer, `LessEqual` where it is reversed.
+    /// The comparison that passes back faces behind the stored depth: `GreaterEqual` if depth grows
+    /// away from the viewer, `LessEqual` if it is reversed.
     pub compare: wgpu::CompareFunction,
 }
 
-/// The draws of a frame, in the caller's order.
+/// The occluder draws of a frame, in the caller's order.
 #[derive(Debug)]
-pub(crate) struct Boxes {
+pub(crate) struct OccluderDraws {
     draw_layout: wgpu::BindGroupLayout,
     grid_layout: wgpu::BindGroupLayout,
     buffer: wgpu::Buffer,
@@ -45,16 +45,16 @@ struct Draw {
     occluder: AogridOccluder,
 }
 
-/// Corners of the strip: `box_corner` in the WGSL.
+/// The vertices of the triangle strip: `box_corner` in the WGSL.
 const CORNERS: u32 = 14;
 
-/// How many draws the first buffer holds.
-const FIRST_DRAWS: usize = 16;
+/// The capacity of the first buffer, in draws.
+const INITIAL_DRAW_CAPACITY: usize = 16;
 
-impl Boxes {
+impl OccluderDraws {
     pub(crate) fn new(device: &wgpu::Device) -> Self {
         let draw_layout = draw_layout(device);
-        let buffer = draw_buffer(device, FIRST_DRAWS);
+        let buffer = draw_buffer(device, INITIAL_DRAW_CAPACITY);
         Self {
             group: draw_group(device, &draw_layout, &buffer),
             grid_layout: grid_texture::layout(device),
@@ -69,11 +69,12 @@ impl Boxes {
         [&self.draw_layout, &self.grid_layout]
     }
 
-    /// How many there are.
+    /// The number of draws.
     pub(crate) fn len(&self) -> usize {
         self.draws.len()
     }
 
+    /// Writes the uniforms of a frame. The buffer only grows.
     pub(crate) fn write(
         &mut self,
         device: &wgpu::Device,
@@ -83,9 +84,9 @@ impl Boxes {
     ) {
         let stride = stride(device);
         if bytes.len() as u64 > self.buffer.size() {
-            let wanted = (bytes.len() / stride).next_power_of_two();
-            let most = most_bytes(device) as usize / stride;
-            self.buffer = draw_buffer(device, wanted.min(most));
+            let new_capacity = (bytes.len() / stride).next_power_of_two();
+            let max_capacity = max_buffer_bytes(device) as usize / stride;
+            self.buffer = draw_buffer(device, new_capacity.min(max_capacity));
             self.group = draw_group(device, &self.draw_layout, &self.buffer);
         }
         queue.write_buffer(&self.buffer, 0, bytes);
@@ -97,8 +98,9 @@ impl Boxes {
             .collect();
     }
 
-    /// Draws all, with pipeline and first bind group set.
+    /// Draws all occluders; the caller has set the pipeline and the first bind group.
     pub(crate) fn draw_all(&self, pass: &mut wgpu::RenderPass<'_>) {
+        // Consecutive instances of a grid share its bind group.
         let mut bound = None;
         for (grid, offset) in &self.draws {
             pass.set_bind_group(1, &self.group, &[*offset]);
@@ -110,7 +112,7 @@ impl Boxes {
         }
     }
 
-    /// Draws one, with pipeline and first bind group set.
+    /// Draws one occluder; the caller has set the pipeline and the first bind group.
     pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, idx: usize) {
         let (grid, offset) = &self.draws[idx];
         pass.set_bind_group(1, &self.group, &[*offset]);
@@ -127,7 +129,7 @@ impl Uniforms {
     ) -> Result<Self, PrepareError> {
         let stride = stride(device);
         let count = frame.occluders.len();
-        if count.saturating_mul(stride) as u64 > most_bytes(device) {
+        if count.saturating_mul(stride) as u64 > max_buffer_bytes(device) {
             return Err(PrepareError::TooMany(count));
         }
         let mut bytes = vec![0; count * stride];
@@ -160,14 +162,14 @@ impl Draw {
     }
 }
 
-/// Bytes from one draw's uniforms to the next's.
+/// The distance between the uniforms of consecutive draws, in bytes.
 fn stride(device: &wgpu::Device) -> usize {
     let alignment = device.limits().min_uniform_buffer_offset_alignment as usize;
     size_of::<Draw>().next_multiple_of(alignment)
 }
 
-/// The largest buffer whose every byte a dynamic offset, 32 bits, reaches.
-fn most_bytes(device: &wgpu::Device) -> u64 {
+/// The size of the largest buffer in which 32-bit dynamic offsets reach every byte.
+fn max_buffer_bytes(device: &wgpu::Device) -> u64 {
     device.limits().max_buffer_size.min(u64::from(u32::MAX))
 }
 

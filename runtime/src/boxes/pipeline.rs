@@ -2,11 +2,11 @@
 
 use super::DepthTest;
 
-/// What such pipelines differ in.
-pub(crate) struct BoxPipeline<'a> {
+/// The parameters of a pipeline that draws boxes.
+pub(crate) struct BoxPipelineDescriptor<'a> {
     pub(crate) label: &'a str,
     pub(crate) wgsl: &'a str,
-    /// Of all bind groups, in their order.
+    /// The layouts of all bind groups, in their order.
     pub(crate) layouts: &'a [&'a wgpu::BindGroupLayout],
     pub(crate) fragment: &'a str,
     /// The `override`s of the WGSL.
@@ -16,28 +16,31 @@ pub(crate) struct BoxPipeline<'a> {
     pub(crate) front_face: wgpu::FrontFace,
 }
 
-/// Compiles it.
-pub(crate) fn pipeline(device: &wgpu::Device, what: &BoxPipeline<'_>) -> wgpu::RenderPipeline {
+/// Compiles the pipeline.
+pub(crate) fn pipeline(
+    device: &wgpu::Device,
+    descriptor: &BoxPipelineDescriptor<'_>,
+) -> wgpu::RenderPipeline {
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(what.label),
-        source: wgpu::ShaderSource::Wgsl(what.wgsl.into()),
+        label: Some(descriptor.label),
+        source: wgpu::ShaderSource::Wgsl(descriptor.wgsl.into()),
     });
-    let layouts: Vec<_> = what.layouts.iter().copied().map(Some).collect();
+    let layouts: Vec<_> = descriptor.layouts.iter().copied().map(Some).collect();
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(what.label),
+        label: Some(descriptor.label),
         bind_group_layouts: &layouts,
         immediate_size: 0,
     });
     let compilation_options = wgpu::PipelineCompilationOptions {
-        constants: what.constants,
+        constants: descriptor.constants,
         ..Default::default()
     };
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(what.label),
+        label: Some(descriptor.label),
         layout: Some(&layout),
         vertex: wgpu::VertexState {
             module: &module,
-            entry_point: Some(match what.depth {
+            entry_point: Some(match descriptor.depth {
                 Some(_) => "box_with_depth",
                 None => "box_without_depth",
             }),
@@ -46,15 +49,15 @@ pub(crate) fn pipeline(device: &wgpu::Device, what: &BoxPipeline<'_>) -> wgpu::R
         },
         primitive: wgpu::PrimitiveState {
             topology: wgpu::PrimitiveTopology::TriangleStrip,
-            front_face: what.front_face,
+            front_face: descriptor.front_face,
             cull_mode: Some(wgpu::Face::Front),
-            unclipped_depth: what.depth.is_some()
+            unclipped_depth: descriptor.depth.is_some()
                 && device
                     .features()
                     .contains(wgpu::Features::DEPTH_CLIP_CONTROL),
             ..Default::default()
         },
-        depth_stencil: what.depth.map(|test| wgpu::DepthStencilState {
+        depth_stencil: descriptor.depth.map(|test| wgpu::DepthStencilState {
             format: test.format,
             depth_write_enabled: Some(false),
             depth_compare: Some(test.compare),
@@ -64,9 +67,9 @@ pub(crate) fn pipeline(device: &wgpu::Device, what: &BoxPipeline<'_>) -> wgpu::R
         multisample: wgpu::MultisampleState::default(),
         fragment: Some(wgpu::FragmentState {
             module: &module,
-            entry_point: Some(what.fragment),
+            entry_point: Some(descriptor.fragment),
             compilation_options,
-            targets: &[Some(what.target.clone())],
+            targets: &[Some(descriptor.target.clone())],
         }),
         multiview_mask: None,
         cache: None,

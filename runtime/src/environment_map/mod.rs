@@ -1,4 +1,4 @@
-//! A latitude-longitude map, prefiltered: the mean radiance over cones of many sizes, about every
+//! A prefiltered latitude-longitude map: the mean radiance over cones of several sizes, about every
 //! axis.
 
 mod prefilter;
@@ -6,82 +6,83 @@ mod source;
 
 use half::f16;
 
-use source::Source;
+use source::SourceImage;
 
-/// Mean radiance over cones: what the twin looks up, and what an
-/// [`EnvironmentTexture`](crate::EnvironmentTexture) holds on a device.
+/// The mean radiance over cones, sampled by the CPU twin and uploaded as an
+/// [`EnvironmentTexture`](crate::EnvironmentTexture).
 ///
-/// A look-up wants the mean over a cone of a fraction `a` of the sphere (RR-5779, 5.3). The mip
-/// chain that graphics libraries make of a latitude-longitude map does not have it: near the poles
-/// a texel is a sliver of the solid angle that it has at the equator, and a box of texels is no
-/// cone anywhere. So each level is a convolution on the sphere, by integration over the given map,
-/// whose texels count as areas of one radiance.
+/// A look-up needs the mean over a cone of a fraction `a` of the sphere (RR-5779, 5.3). The mip
+/// chain that graphics libraries generate from a latitude-longitude map does not hold it: near the
+/// poles a texel has only a sliver of the solid angle that it has at the equator, and a box of
+/// texels is not a cone anywhere. Each level is therefore a convolution on the sphere, by
+/// integration over the given map, whose texels are areas of constant radiance.
 ///
 /// Level l holds cones of a = ½ · 4^(l − 4): half-angles of 5.1°, 10.1°, 20.4°, 41.4° and 90°.
-/// Within its cone a direction counts by its cosine to the axis. That makes the last level the
-/// irradiance over π, what a white surface reflects, and what a receiver that is hidden whole
-/// loses is exactly what it would get: AO = 1 is black under every sky.
+/// Within its cone a direction is weighted by its cosine to the axis. The last level is therefore
+/// the irradiance divided by π, which a white surface reflects, and a completely occluded receiver
+/// loses exactly what it would otherwise reflect: AO = 1 is black under every sky.
 ///
-/// Rows of a level lie *on* colatitudes from pole to pole, the first and the last on the poles
-/// themselves: each is one value, and what is interpolated has neither a seam nor a pinch there.
-/// The levels of one texture do not share such a coordinate: a look-up between two of them reads
-/// each at its own.
+/// The rows of a level lie *on* colatitudes from pole to pole, the first and the last on the poles
+/// themselves. A pole row has one value, so that interpolation shows neither a seam nor a pinch.
+/// The row coordinate differs between the levels of a texture: a look-up between two levels samples
+/// each at its own coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnvironmentMap {
     levels: Vec<Level>,
 }
 
-/// Cones of one size, in half floats, as they are uploaded: red, green, blue, 1.
+/// A level: cones of one size, in half floats as they are uploaded: red, green, blue, 1.
 #[derive(Clone, Debug, PartialEq)]
 struct Level {
     size: [usize; 2],
     texels: Vec<[u16; 4]>,
 }
 
-/// Why a picture cannot be prefiltered.
+/// The reasons why an image cannot be prefiltered.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnvironmentMapError {
-    /// The picture has no size, or not as many texels as its size says.
-    #[error("{texels} texels are no picture of {width} by {height}")]
+    /// The image is empty, or its number of texels does not match its size.
+    #[error("{texels} texels do not form an image of {width} by {height}")]
     Size {
-        /// Across.
+        /// The width in texels.
         width: usize,
-        /// Down.
+        /// The height in texels.
         height: usize,
-        /// How many there are.
+        /// The number of texels.
         texels: usize,
     },
-    /// Infinite or not a number.
-    #[error("texel {0} is infinite or not a number; put a radiance there")]
+    /// A texel is infinite or not a number.
+    #[error("texel {0} is infinite or not a number; replace it by a finite radiance")]
     NotFinite(usize),
-    /// More than half floats hold.
+    /// A mean radiance exceeds the range of half floats.
     #[error(
-        "a cone's mean radiance of {0} is more than half floats hold, 65504: scale the map down"
+        "a cone's mean radiance of {0} exceeds the half-float maximum, 65504: scale the map down"
     )]
     TooBright(f32),
 }
 
 impl EnvironmentMap {
-    /// Levels of the chain.
+    /// The number of levels.
     pub const LEVELS: usize = 5;
 
-    /// Across and down, of level 0.
+    /// The width and height of level 0.
     pub const SIZE: [usize; 2] = [512, 256];
 
-    /// Prefilters a picture of `size` (across, down), `texels` its radiance in rows from the top,
-    /// of any size: what is larger than 1024 × 512 is averaged down to that, by solid angle. As
-    /// OpenEXR has it, up is +y, the picture's middle +z and a quarter from the left +x. Negative
-    /// radiance, which lossy compression leaves behind, counts as none.
+    /// Prefilters an image of `size` (width, height) whose `texels` are its radiance in rows from
+    /// the top. Images larger than 1024 × 512 are first averaged down to that, by solid angle. The
+    /// orientation is that of OpenEXR: up is +y, the image's center +z and a quarter from the left
+    /// +x. Negative radiance, which lossy compression leaves behind, counts as zero.
     ///
-    /// On all processors; the same input gives the same bytes for any number of them. A fraction
-    /// of a second.
+    /// It uses all processors and takes a fraction of a second; the same input gives the same bytes
+    /// for any number of processors.
     ///
     /// # Errors
     ///
-    /// No size, not as many texels, a texel that is not finite, radiance beyond half floats.
+    /// If the image is empty, its number of texels does not match its size, a texel is not finite,
+    /// or the radiance exceeds the range of half floats.
     pub fn new(size: [usize; 2], texels: &[[f32; 3]]) -> Result<Self, EnvironmentMapError> {
-        let source = Source::new(size, texels)?;
+        let source = SourceImage::new(size, texels)?;
         let level = |level| {
             let size = Self::level_size(level);
             let means = prefilter::cones(&source, size, Self::fraction(level));
@@ -95,17 +96,17 @@ impl EnvironmentMap {
         Ok(Self { levels })
     }
 
-    /// Across and down, of a level.
+    /// The width and height of a level.
     pub fn level_size(level: usize) -> [usize; 2] {
         Self::SIZE.map(|n| n >> level)
     }
 
-    /// The share of the sphere that a level's cones cover.
+    /// The fraction of the sphere that a level's cones cover.
     pub fn fraction(level: usize) -> f32 {
         0.5 / 4.0_f32.powi((Self::LEVELS - 1 - level) as i32)
     }
 
-    /// A level's half floats, little-endian on every machine that wgpu runs on: rows from the
+    /// The half floats of a level, little-endian on every machine that wgpu runs on: rows from the
     /// north pole, each texel red, green, blue, 1.
     ///
     /// # Panics
@@ -115,7 +116,8 @@ impl EnvironmentMap {
         bytemuck::cast_slice(&self.levels[level].texels)
     }
 
-    /// A level, linearly filtered at texture coordinates: repeated across, clamped down.
+    /// Samples a level with linear filtering at texture coordinates: repeating horizontally,
+    /// clamped vertically.
     ///
     /// # Panics
     ///
@@ -125,7 +127,7 @@ impl EnvironmentMap {
         let [width, height] = size.map(|n| n as f32);
         let (x, y) = (u * width - 0.5, v * height - 0.5);
         let column = |x: f32| x.rem_euclid(width) as usize % size[0];
-        // A float becomes the nearest index that there is.
+        // The cast truncates; the row is clamped to the level.
         let row = |y: f32| (y.max(0.0) as usize).min(size[1] - 1);
         let (left, top) = (x.floor(), y.floor());
         let texel = |x, y| texels[row(y) * size[0] + column(x)].map(|v| f16::from_bits(v).to_f32());

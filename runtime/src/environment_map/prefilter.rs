@@ -1,39 +1,39 @@
 //! Mean radiance over cones, by integration.
 //!
-//! A cone of half-angle α about an axis at colatitude θ₀ and azimuth φ₀ holds of the parallel at
-//! colatitude θ the azimuths within φ(θ) = acos((cos α − cos θ cos θ₀)/(sin θ sin θ₀)) of φ₀. A
+//! A cone of half-angle α about an axis at colatitude θ₀ and azimuth φ₀ contains, on the parallel
+//! at colatitude θ, the azimuths within φ(θ) = acos((cos α − cos θ cos θ₀)/(sin θ sin θ₀)) of φ₀. A
 //! direction there has the cosine cos θ cos θ₀ + sin θ sin θ₀ cos(φ − φ₀) to the axis. Along a
-//! parallel the map is a step function, and its integrals are differences of sums: exact, at the
-//! same cost for every cone. Only over θ is there a quadrature, the midpoint rule, and the same
-//! rule counts the weights, so that a constant sky stays what it is.
+//! parallel the map is a step function, and its integrals are differences of prefix sums: exact, at
+//! the same cost for every cone. Only the integral over θ is a quadrature, by the midpoint rule.
+//! The same rule sums the weights, so that a constant sky stays constant.
 
 use std::f64::consts::{PI, TAU};
 use std::thread;
 
 use glam::DVec3;
 
-use super::source::{Azimuth, Row, Source};
+use super::source::{Azimuth, Row, SourceImage};
 
-/// Slices of a cone from its middle to its rim, at least.
-const SLICES: f64 = 24.0;
+/// The minimum number of slices of a cone from its axis to its rim.
+const MIN_SLICES: f64 = 24.0;
 
-/// sin θ sin θ₀ below which a parallel lies in the cone whole or not at all.
-const AT_A_POLE: f64 = 1e-12;
+/// The value of sin θ sin θ₀ below which a parallel lies completely inside or outside the cone.
+const POLE_EPSILON: f64 = 1e-12;
 
-/// What a parallel adds to the means of all cones of a level's row.
+/// The contribution of a parallel to the means of all cones in a row of a level.
 struct Slice<'a> {
     row: &'a Row,
-    /// Half of the azimuths inside: in turns, its sine and cosine.
+    /// Half of the range of azimuths inside the cone: in turns, its sine and cosine.
     half: Azimuth,
-    /// What the integrals of L, and of L cos(φ − φ₀), count.
+    /// The weights of the integrals of L and of L cos(φ − φ₀).
     weights: [f64; 2],
 }
 
-/// The mean radiance over cones of the fraction `a`, weighted by the cosine to their axes: for
-/// columns (i + ½)/width of a turn, and rows from pole to pole.
-pub(super) fn cones(source: &Source, [width, height]: [usize; 2], a: f32) -> Vec<[f32; 3]> {
+/// The mean radiance over cones of the fraction `a`, weighted by the cosine to their axes, for
+/// columns at (i + ½)/width of a turn and rows from pole to pole.
+pub(super) fn cones(source: &SourceImage, [width, height]: [usize; 2], a: f32) -> Vec<[f32; 3]> {
     let cos_alpha = 1.0 - 2.0 * f64::from(a);
-    in_parallel(height, |row| {
+    compute_rows(height, |row| {
         let colatitude = PI * row as f64 / (height - 1) as f64;
         let (slices, total) = slices(source, colatitude, cos_alpha);
         let column = |column: usize| {
@@ -45,8 +45,8 @@ pub(super) fn cones(source: &Source, [width, height]: [usize; 2], a: f32) -> Vec
     })
 }
 
-/// All parallels of cones about axes at a colatitude, and the sum of all weights.
-fn slices(source: &Source, colatitude: f64, cos_alpha: f64) -> (Vec<Slice<'_>>, f64) {
+/// The parallels of cones about axes at a colatitude, and the sum of all weights.
+fn slices(source: &SourceImage, colatitude: f64, cos_alpha: f64) -> (Vec<Slice<'_>>, f64) {
     let alpha = cos_alpha.acos();
     let cone = [(colatitude - alpha).max(0.0), (colatitude + alpha).min(PI)];
     let (mut slices, mut total) = (vec![], 0.0);
@@ -55,12 +55,13 @@ fn slices(source: &Source, colatitude: f64, cos_alpha: f64) -> (Vec<Slice<'_>>, 
         if to <= from {
             continue;
         }
-        let count = ((to - from) / alpha * SLICES).ceil().max(1.0);
+        // A slice never crosses a row of the map, whose radiance is a step function.
+        let count = ((to - from) / alpha * MIN_SLICES).ceil().max(1.0);
         let step = (to - from) / count;
         for idx in 0..count as usize {
             let theta = from + (idx as f64 + 0.5) * step;
             let slice = Slice::new(row, [theta, colatitude], cos_alpha, step);
-            total += slice.all_weights();
+            total += slice.total_weight();
             slices.push(slice);
         }
     }
@@ -71,8 +72,9 @@ impl<'a> Slice<'a> {
     fn new(row: &'a Row, [theta, axis]: [f64; 2], cos_alpha: f64, step: f64) -> Self {
         let (sin, cos) = theta.sin_cos();
         let (sin_axis, cos_axis) = axis.sin_cos();
+        // The cosine to the axis is along + across · cos(φ − φ₀).
         let (along, across) = (cos * cos_axis, sin * sin_axis);
-        let half = match across > AT_A_POLE {
+        let half = match across > POLE_EPSILON {
             true => ((cos_alpha - along) / across).clamp(-1.0, 1.0).acos(),
             false if along >= cos_alpha => PI,
             false => 0.0,
@@ -84,13 +86,13 @@ impl<'a> Slice<'a> {
         }
     }
 
-    /// The integral of 1 with the weights.
-    fn all_weights(&self) -> f64 {
+    /// The weighted integral of 1.
+    fn total_weight(&self) -> f64 {
         let [plain, with_cosine] = self.weights;
         2.0 * (plain * TAU * self.half.turns + with_cosine * self.half.sin)
     }
 
-    /// The integral of the radiance with the weights, for an axis at an azimuth.
+    /// The weighted integral of the radiance, for an axis at an azimuth.
     fn sum(&self, axis: Azimuth) -> DVec3 {
         let around = [axis.minus(self.half), axis.plus(self.half)];
         let [plain, cosine, sine] = self.row.integrals(around);
@@ -121,23 +123,23 @@ impl Azimuth {
     }
 }
 
-/// All rows, one after the other, made on all processors.
-fn in_parallel(count: usize, row: impl Fn(usize) -> Vec<[f32; 3]> + Sync) -> Vec<[f32; 3]> {
+/// Computes all rows on all processors and concatenates them.
+fn compute_rows(count: usize, row: impl Fn(usize) -> Vec<[f32; 3]> + Sync) -> Vec<[f32; 3]> {
     let threads = thread::available_parallelism().map_or(1, usize::from);
     let mut rows = vec![vec![]; count];
-    let share = count.div_ceil(threads);
+    let rows_per_thread = count.div_ceil(threads);
     let fill = |first: usize, rows: &mut [Vec<[f32; 3]>]| {
         let numbered = (first..).zip(rows);
         numbered.for_each(|(idx, texels)| *texels = row(idx));
     };
     if threads == 1 {
-        // Not everywhere is there another thread to be had.
+        // Some platforms cannot spawn threads.
         fill(0, &mut rows);
     } else {
         thread::scope(|scope| {
-            for (part, rows) in rows.chunks_mut(share).enumerate() {
+            for (part, rows) in rows.chunks_mut(rows_per_thread).enumerate() {
                 let fill = &fill;
-                scope.spawn(move || fill(part * share, rows));
+                scope.spawn(move || fill(part * rows_per_thread, rows));
             }
         });
     }

@@ -1,4 +1,4 @@
-//! The picture that is prefiltered: checked, not too large, and integrated along its rows.
+//! The image to prefilter: validated, averaged down if it is large, and integrated along its rows.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,29 +6,30 @@ use glam::DVec3;
 
 use super::EnvironmentMapError;
 
-/// The largest picture that is integrated as it is: its texels are much smaller than the cones.
-const LARGEST: [usize; 2] = [1024, 512];
+/// The largest size that is integrated without averaging: its texels are much smaller than the
+/// cones.
+const MAX_SIZE: [usize; 2] = [1024, 512];
 
-/// Rows of areas of one radiance, from the top.
-pub(super) struct Source {
+/// An image as rows of areas of constant radiance, from the top.
+pub(super) struct SourceImage {
     rows: Vec<Row>,
 }
 
-/// One row, ready to be integrated over any range of azimuths.
+/// One row, prepared for integration over any range of azimuths.
 pub(super) struct Row {
-    pieces: Vec<Piece>,
-    /// Over the whole row.
+    integrals_by_texel: Vec<TexelIntegral>,
+    /// The integrals over the whole row.
     total: [DVec3; 3],
 }
 
-/// A texel of a row. Up to an azimuth φ in it, the integrals of L, L cos φ and L sin φ from the row's
-/// beginning are `constants` + `radiance` · (φ, sin φ, −cos φ).
-struct Piece {
+/// A texel of a row. Up to an azimuth φ in it, the integrals of L, L cos φ and L sin φ from the
+/// start of the row are `constants` + `radiance` · (φ, sin φ, −cos φ).
+struct TexelIntegral {
     radiance: DVec3,
     constants: [DVec3; 3],
 }
 
-/// An azimuth, counted from the picture's left edge: any number of turns.
+/// An azimuth from the image's left edge, in any number of turns.
 #[derive(Clone, Copy)]
 pub(super) struct Azimuth {
     pub turns: f64,
@@ -36,7 +37,7 @@ pub(super) struct Azimuth {
     pub cos: f64,
 }
 
-impl Source {
+impl SourceImage {
     pub(super) fn new(size: [usize; 2], texels: &[[f32; 3]]) -> Result<Self, EnvironmentMapError> {
         let [width, height] = size;
         if texels.is_empty() || width.checked_mul(height) != Some(texels.len()) {
@@ -50,17 +51,17 @@ impl Source {
         if let Some(idx) = texels.iter().position(not_finite) {
             return Err(EnvironmentMapError::NotFinite(idx));
         }
-        let columns = width.min(LARGEST[0]);
-        let rows = spans(height, height.min(LARGEST[1])).map(|rows| {
-            let narrowed = |row: usize| narrowed(&texels[row * width..][..width], columns);
-            Row::new(&mean_of_rows(rows, height, narrowed))
+        let columns = width.min(MAX_SIZE[0]);
+        let rows = spans(height, height.min(MAX_SIZE[1])).map(|rows| {
+            let averaged_row = |row: usize| averaged_row(&texels[row * width..][..width], columns);
+            Row::new(&mean_of_rows(rows, height, averaged_row))
         });
         Ok(Self {
             rows: rows.collect(),
         })
     }
 
-    /// The rows, from the top, each between two colatitudes.
+    /// The rows from the top, each between two colatitudes.
     pub(super) fn rows(&self) -> impl Iterator<Item = (&Row, [f64; 2])> {
         let height = self.rows.len() as f64;
         let edges = move |row: usize| [row, row + 1].map(|edge| PI * edge as f64 / height);
@@ -75,7 +76,8 @@ impl Row {
     fn new(texels: &[DVec3]) -> Self {
         let width = texels.len() as f64;
         let mut sums = [DVec3::ZERO; 3];
-        let pieces = texels.iter().enumerate().map(|(column, &radiance)| {
+        let integrals_by_texel = texels.iter().enumerate().map(|(column, &radiance)| {
+            // The antiderivatives of 1, cos φ and sin φ at both edges of the texel.
             let [left, right] = [column, column + 1].map(|edge| {
                 let (sin, cos) = (TAU * edge as f64 / width).sin_cos();
                 [TAU * edge as f64 / width, sin, -cos]
@@ -84,40 +86,42 @@ impl Row {
             for k in 0..3 {
                 sums[k] += radiance * (right[k] - left[k]);
             }
-            Piece {
+            TexelIntegral {
                 radiance,
                 constants,
             }
         });
         Self {
-            pieces: pieces.collect(),
+            integrals_by_texel: integrals_by_texel.collect(),
             total: sums,
         }
     }
 
-    /// ∫ L dφ, ∫ L cos φ dφ and ∫ L sin φ dφ from one azimuth to another.
+    /// Returns ∫ L dφ, ∫ L cos φ dφ and ∫ L sin φ dφ from one azimuth to another.
     pub(super) fn integrals(&self, [from, to]: [Azimuth; 2]) -> [DVec3; 3] {
-        let (from, to) = (self.up_to(from), self.up_to(to));
+        let (from, to) = (self.integrals_up_to(from), self.integrals_up_to(to));
         std::array::from_fn(|k| to[k] - from[k])
     }
 
-    fn up_to(&self, azimuth: Azimuth) -> [DVec3; 3] {
+    /// The same integrals from the image's left edge to an azimuth.
+    fn integrals_up_to(&self, azimuth: Azimuth) -> [DVec3; 3] {
         let whole = azimuth.turns.floor();
         let rest = azimuth.turns - whole;
-        let width = self.pieces.len();
+        let width = self.integrals_by_texel.len();
         let column = ((rest * width as f64) as usize).min(width - 1);
-        let piece = &self.pieces[column];
+        let texel = &self.integrals_by_texel[column];
         let factors = [TAU * rest, azimuth.sin, -azimuth.cos];
         std::array::from_fn(|k| {
-            piece.constants[k] + piece.radiance * factors[k] + whole * self.total[k]
+            texel.constants[k] + texel.radiance * factors[k] + whole * self.total[k]
         })
     }
 }
 
-/// `n` texels shared out evenly among `parts`: for each part the texels and how much of each it has.
+/// Divides `n` texels evenly into `parts`: for each part, its texels and the range of each that it
+/// covers.
 fn spans(n: usize, parts: usize) -> impl Iterator<Item = Vec<(usize, [f64; 2])>> {
     (0..parts).map(move |part| {
-        // In units of 1/parts of a texel, to be exact.
+        // In units of 1/parts of a texel, so that the edges are exact.
         let (from, to) = (part * n, (part + 1) * n);
         let texels = from / parts..to.div_ceil(parts);
         let edges = |texel: usize| {
@@ -128,8 +132,8 @@ fn spans(n: usize, parts: usize) -> impl Iterator<Item = Vec<(usize, [f64; 2])>>
     })
 }
 
-/// A row in so many columns, each the mean of what it covers.
-fn narrowed(texels: &[[f32; 3]], columns: usize) -> Vec<DVec3> {
+/// A row averaged to `columns` columns, each the mean of the texels that it covers.
+fn averaged_row(texels: &[[f32; 3]], columns: usize) -> Vec<DVec3> {
     let radiance = |t: [f32; 3]| DVec3::from(t.map(|v| f64::from(v.max(0.0))));
     let mean = |covered: Vec<(usize, [f64; 2])>| {
         let parts = covered
@@ -140,7 +144,7 @@ fn narrowed(texels: &[[f32; 3]], columns: usize) -> Vec<DVec3> {
     spans(texels.len(), columns).map(mean).collect()
 }
 
-/// The mean of some rows by solid angle.
+/// The mean of several rows, weighted by solid angle.
 fn mean_of_rows(
     rows: Vec<(usize, [f64; 2])>,
     height: usize,

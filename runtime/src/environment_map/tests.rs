@@ -9,13 +9,13 @@ use crate::environment::{
 };
 use crate::{Up, wgsl};
 
-/// Half floats keep eleven digits.
-const HALF: f32 = 1.0 / 2048.0;
+/// The relative precision of half floats: eleven binary digits.
+const HALF_PRECISION: f32 = 1.0 / 2048.0;
 
 const LEVELS: std::ops::Range<usize> = 0..EnvironmentMap::LEVELS;
 
-/// A map of a function of direction, at texels' middles.
-fn painted([width, height]: [usize; 2], radiance: impl Fn(DVec3) -> [f32; 3]) -> EnvironmentMap {
+/// A map that samples a function of direction at the texel centers.
+fn map_of([width, height]: [usize; 2], radiance: impl Fn(DVec3) -> [f32; 3]) -> EnvironmentMap {
     let texels: Vec<_> = (0..width * height)
         .map(|idx| {
             let (u, v) = (idx % width, idx / width);
@@ -27,13 +27,13 @@ fn painted([width, height]: [usize; 2], radiance: impl Fn(DVec3) -> [f32; 3]) ->
     EnvironmentMap::new([width, height], &texels).unwrap()
 }
 
-/// By colatitude, and azimuth from +z towards +x.
+/// The direction at a colatitude and an azimuth from +z towards +x.
 fn towards(theta: f64, phi: f64) -> DVec3 {
     let (sin, cos) = phi.sin_cos();
     DVec3::new(theta.sin() * sin, theta.cos(), theta.sin() * cos)
 }
 
-/// Directions whose height and azimuth are incommensurable, and the axes.
+/// Directions with incommensurable heights and azimuths, and the axes.
 fn directions() -> Vec<DVec3> {
     let spiral = |idx: u32| {
         let height = 1.0 - 2.0 * (f64::from(idx) * 0.754_877_666).fract();
@@ -51,21 +51,24 @@ fn cone(axis: DVec3, fraction: f32) -> AogridCone {
 #[test]
 fn a_constant_sky_is_constant_in_every_cone() {
     for size in [[1, 1], [7, 3], [1500, 700]] {
-        let map = painted(size, |_| [0.3, 1.0, 700.0]);
+        let map = map_of(size, |_| [0.3, 1.0, 700.0]);
         let environment = AogridEnvironment::new(Up::Y, 0.3);
         for direction in directions() {
             for fraction in [0.0, 1e-3, 0.01, 0.1, 0.3, 0.5] {
                 let cone = cone(direction, fraction);
                 let found = aogrid_cone_radiance(&environment, &map, &cone);
                 for (found, sky) in found.into_iter().zip([0.3, 1.0, 700.0]) {
-                    assert!((found / sky - 1.0).abs() <= HALF, "{size:?}: {found} {sky}");
+                    assert!(
+                        (found / sky - 1.0).abs() <= HALF_PRECISION,
+                        "{size:?}: {found} {sky}"
+                    );
                 }
             }
         }
     }
 }
 
-/// Uneven texels, a small sun among them.
+/// The radiance of uneven texels, one of them a small sun.
 fn uneven(texel: usize) -> [f32; 3] {
     let hashed = |salt: usize| ((texel * 7 + salt) * 2_654_435_761 % 1000) as f32 / 1000.0;
     match texel {
@@ -74,8 +77,8 @@ fn uneven(texel: usize) -> [f32; 3] {
     }
 }
 
-/// The mean over a cone by points of its own: equal areas of the disk that the cone's directions
-/// make seen along its axis, which is the weight by the cosine.
+/// The mean over a cone by independent sample points: equal areas of the disk into which the cone's
+/// directions project along its axis, which is the weighting by the cosine.
 fn brute_force([width, height]: [usize; 2], axis: DVec3, fraction: f32) -> DVec3 {
     const RINGS: usize = 384;
     const SPOKES: usize = 1024;
@@ -97,19 +100,19 @@ fn brute_force([width, height]: [usize; 2], axis: DVec3, fraction: f32) -> DVec3
     sum / (RINGS * SPOKES) as f64
 }
 
-/// Of the brightest radiance, 40: both quadratures see the sun's edges to a few of their cells, of
-/// which the cone has some hundred across.
+/// The quadrature error, relative to the brightest radiance, 40: both quadratures resolve the sun's
+/// edges to a few of their cells, and the cone is some hundred cells wide.
 const QUADRATURE: f64 = 40.0 * 2e-4;
 
 #[test]
-fn cones_are_those_of_a_brute_force_integration() {
+fn cones_match_a_brute_force_integration() {
     let size = [24, 12];
     let texels: Vec<_> = (0..size[0] * size[1]).map(uneven).collect();
     let map = EnvironmentMap::new(size, &texels).unwrap();
     let mut worst = 0.0_f64;
     for level in LEVELS {
         let [width, height] = EnvironmentMap::level_size(level);
-        // Both poles, the sun's row (3 of 12), what is next to the seam, and the rest.
+        // Both poles, the sun's row (3 of 12), columns next to the seam, and others.
         for (x, row) in [
             (0, 0.0),
             (0, 0.29),
@@ -128,7 +131,7 @@ fn cones_are_those_of_a_brute_force_integration() {
                 let found = f64::from(f16::from_bits(found[c]).to_f32());
                 let off = (found - expected[c]).abs();
                 worst = worst.max(off);
-                let tolerance = QUADRATURE + f64::from(HALF) * expected[c];
+                let tolerance = QUADRATURE + f64::from(HALF_PRECISION) * expected[c];
                 assert!(off < tolerance, "level {level} {x} {y}: {found} {expected}");
             }
         }
@@ -136,13 +139,13 @@ fn cones_are_those_of_a_brute_force_integration() {
     println!("off by at most {worst}");
 }
 
-/// A radiance that is linear in direction has known means: the cosine-weighted mean of ω over
-/// a cone is ⅔ (1 + c + c²)/(1 + c) along its axis, c the cosine of the half-angle.
+/// A radiance that is linear in direction has known means: the cosine-weighted mean of ω over a
+/// cone is ⅔ (1 + c + c²)/(1 + c) along its axis, where c is the cosine of the half-angle.
 #[test]
 fn linear_radiance_has_its_exact_mean_in_every_cone() {
     let slope = DVec3::new(0.3, -0.5, 0.2);
     let radiance = |d: DVec3| (1.0 + slope.dot(d)) as f32;
-    let map = painted([512, 256], |d| [radiance(d); 3]);
+    let map = map_of([512, 256], |d| [radiance(d); 3]);
     let (mut between, mut at_levels) = (0.0_f64, 0.0_f64);
     for step in 0..=32 {
         let fraction = 0.5 * 4.0_f32.powf(-f64::from(step) as f32 / 8.0);
@@ -159,24 +162,25 @@ fn linear_radiance_has_its_exact_mean_in_every_cone() {
         }
     }
     println!("off by at most {at_levels} at levels, {between} between them");
-    // Linear filtering over a texel of h = 11.25° (level 4) errs by h²/8 of what bends.
-    let filter = (PI / 16.0_f64).powi(2) / 8.0 * slope.length() + f64::from(HALF) * 1.7;
+    // Linear filtering over a texel of h = 11.25° (level 4) errs by h²/8 of the second derivative.
+    let filter = (PI / 16.0_f64).powi(2) / 8.0 * slope.length() + f64::from(HALF_PRECISION) * 1.7;
     assert!(at_levels < filter, "{at_levels}");
-    // Between levels 3 and 4 a chord of log a misses the mean's length by up to 0.0095, at a = 0.35.
+    // Linear interpolation in log a between levels 3 and 4 misses the mean's length by up to
+    // 0.0095, at a = 0.35.
     assert!(between < filter + 0.0095 * slope.length(), "{between}");
 }
 
 #[test]
-fn the_map_turns_with_yaw_and_stands_on_z() {
+fn the_map_follows_yaw_and_up_axis() {
     // A bright half-space towards the map's +x.
-    let map = painted([256, 128], |d| [f32::from(u8::from(d.x > 0.0)), 0.0, 0.0]);
+    let map = map_of([256, 128], |d| [f32::from(u8::from(d.x > 0.0)), 0.0, 0.0]);
     let seen = |environment: &AogridEnvironment, direction: Vec3| {
         aogrid_irradiance(environment, &map, direction.to_array())[0]
     };
     let quarter = std::f32::consts::FRAC_PI_2;
     for (environment, towards) in [
         (AogridEnvironment::new(Up::Y, 0.0), Vec3::X),
-        // Against the clock from above: x goes to −z.
+        // Counter-clockwise from above: x goes to −z.
         (AogridEnvironment::new(Up::Y, quarter), -Vec3::Z),
         (AogridEnvironment::new(Up::Z, 0.0), Vec3::X),
         (AogridEnvironment::new(Up::Z, quarter), Vec3::Y),
@@ -189,11 +193,11 @@ fn the_map_turns_with_yaw_and_stands_on_z() {
 }
 
 #[test]
-fn there_is_neither_a_seam_nor_a_pinch() {
+fn the_map_is_continuous_at_the_seam_and_the_poles() {
     let size = [24, 12];
     let texels: Vec<_> = (0..size[0] * size[1]).map(uneven).collect();
     let map = EnvironmentMap::new(size, &texels).unwrap();
-    // Across the seam behind −z, and all around each pole.
+    // Pairs of directions across the seam at −z, and all around each pole.
     let step = 1e-6_f64;
     let pairs = (1..40).map(|row| PI * f64::from(row) / 40.0);
     let seam = pairs.map(|theta| [towards(theta, PI - step), towards(theta, PI + step)]);
@@ -209,8 +213,9 @@ fn there_is_neither_a_seam_nor_a_pinch() {
                 let at = aogrid_environment_coordinate(direction.as_vec3().to_array());
                 aogrid_environment_at(&map, at, level as f32)
             });
-            // Level 0 goes from nothing to 40 over a cone's 10° at most, and again half of that by
-            // texels: 40 a tenth of a radian; and as much again is a direction's rounding.
+            // Level 0 rises from 0 to 40 over a cone's 10° at most, and by half of that again
+            // because of its texels: 40 per tenth of a radian. The rounding of a direction doubles
+            // that.
             for c in 0..3 {
                 assert!(
                     (a[c] - b[c]).abs() < 40.0 / 0.1 * 4e-6,
@@ -222,7 +227,7 @@ fn there_is_neither_a_seam_nor_a_pinch() {
 }
 
 #[test]
-fn levels_are_where_the_shader_looks_for_them() {
+fn shader_levels_match_map_levels() {
     for level in LEVELS {
         let fraction = EnvironmentMap::fraction(level);
         assert!((aogrid_environment_level(fraction) - level as f32).abs() < 1e-6);
@@ -233,9 +238,9 @@ fn levels_are_where_the_shader_looks_for_them() {
 }
 
 #[test]
-fn large_pictures_are_averaged_by_solid_angle() {
+fn large_images_are_averaged_by_solid_angle() {
     let coarse: Vec<_> = (0..1024 * 512).map(|idx| uneven(idx % 5001)).collect();
-    // Of each pair of finer rows the upper one shines, for both.
+    // The upper row of each pair of finer rows holds the light of both.
     let cosine = |row: usize| (PI * row as f64 / 1024.0).cos();
     let fine: Vec<_> = (0..2048 * 1024)
         .map(|idx| {
@@ -256,13 +261,16 @@ fn large_pictures_are_averaged_by_solid_angle() {
             .zip(&fine.levels[level].texels);
         for (a, b) in pairs {
             let [a, b] = [a, b].map(|t| f16::from_bits(t[0]).to_f32());
-            assert!((a - b).abs() <= 2.0 * HALF * a, "{level}: {a} {b}");
+            assert!(
+                (a - b).abs() <= 2.0 * HALF_PRECISION * a,
+                "{level}: {a} {b}"
+            );
         }
     }
 }
 
 #[test]
-fn what_is_no_radiance_is_clamped_or_refused() {
+fn invalid_radiance_is_clamped_or_refused() {
     let negative = EnvironmentMap::new([2, 1], &[[-3.0, 1.0, 2.0]; 2]).unwrap();
     assert_eq!(negative.sample([0.3, 0.5], 2), [0.0, 1.0, 2.0]);
     let refusal = |size, texels: &[[f32; 3]]| EnvironmentMap::new(size, texels).unwrap_err();

@@ -1,5 +1,5 @@
-// The environment pass: one triangle over the target, a pixel's light from its occluders' sum.
-// Behind `constants.wgsl`, `shading.wgsl` and `environment.wgsl`.
+// The environment pass: one triangle over the target computes the light of each pixel from its
+// accumulated occluders. Behind `constants.wgsl`, `shading.wgsl` and `environment.wgsl`.
 
 /// Whether `positions` holds depths instead of world positions.
 override positions_are_depths: bool;
@@ -10,23 +10,23 @@ override normal_offset: f32;
 struct Frame {
     world_from_clip: mat4x4f,
     environment: AogridEnvironment,
-    /// Where the viewer is, w = 1, or in which direction, w = 0.
+    /// The viewer's position with w = 1, or the direction towards the viewer with w = 0.
     eye: vec4f,
     /// x: the fraction of the lobe's cone.
     lobe: vec4f,
 }
 
-/// Written once a frame.
+/// The uniforms, written once a frame.
 @group(0) @binding(0) var<uniform> frame: Frame;
-/// World positions (xyz), or depths (x), of what each pixel shows.
+/// The world positions (xyz), or depths (x), of the receivers.
 @group(0) @binding(1) var positions: texture_2d<f32>;
-/// World normals of what each pixel shows.
+/// The world normals of the receivers.
 @group(0) @binding(2) var normals: texture_2d<f32>;
-/// What the occluders add up to: the sum of (AO/2) d' and the product of 1 - AO.
+/// The accumulated occluders: the sum of (AO/2) d' and the product of 1 - AO.
 @group(0) @binding(3) var occlusion: texture_2d<f32>;
 /// The prefiltered environment.
 @group(0) @binding(4) var map: texture_2d<f32>;
-/// Linear, repeated across, clamped down.
+/// The map's sampler: linear, repeating horizontally, clamped vertically.
 @group(0) @binding(5) var map_sampler: sampler;
 
 @vertex
@@ -37,18 +37,18 @@ fn whole_target(@builtin(vertex_index) idx: u32) -> @builtin(position) vec4f {
 @fragment
 fn lambertian(@builtin(position) pixel: vec4f) -> @location(0) vec4f {
     let texel = vec2u(pixel.xy);
-    let hidden = textureLoad(occlusion, texel, 0);
+    let accumulated = textureLoad(occlusion, texel, 0);
     let n = receiver_normal(texel);
-    return vec4f(aogrid_lambertian(frame.environment, map, map_sampler, hidden, n), 1.0);
+    return vec4f(aogrid_lambertian(frame.environment, map, map_sampler, accumulated, n), 1.0);
 }
 
 @fragment
 fn glossy(@builtin(position) pixel: vec4f) -> @location(0) vec4f {
     let texel = vec2u(pixel.xy);
-    let hidden = textureLoad(occlusion, texel, 0);
+    let accumulated = textureLoad(occlusion, texel, 0);
     let n = receiver_normal(texel);
     let mirrored = aogrid_mirrored(frame.eye, receiver_position(texel), n);
-    let light = aogrid_glossy(frame.environment, map, map_sampler, hidden, n, mirrored,
+    let light = aogrid_glossy(frame.environment, map, map_sampler, accumulated, n, mirrored,
                               frame.lobe.x);
     return vec4f(light, 1.0);
 }

@@ -1,4 +1,4 @@
-//! The environment pass: what occluders leave of the light from an environment, over a G-buffer
+//! The environment pass: environment light less the part that occluders block, over a G-buffer
 //! (RR-5779, 5.3).
 
 mod pipeline;
@@ -8,53 +8,53 @@ use bytemuck::{Pod, Zeroable};
 use crate::occluder::world_from_clip;
 use crate::{AogridEnvironment, EnvironmentTexture, Normals, Positions};
 
-/// What an [`EnvironmentPass`] reads and writes. Everything here is compiled into its pipeline.
+/// The inputs and outputs of an [`EnvironmentPass`]. Everything here is compiled into its pipeline.
 #[derive(Clone, Debug)]
 pub struct EnvironmentPassDescriptor {
     /// Names the pass in graphics debuggers.
     pub label: String,
-    /// How surfaces reflect.
+    /// The reflection model of the surfaces.
     pub reflection: Reflection,
-    /// The target's format: one that holds radiance.
+    /// The target's format, which must hold radiance.
     pub target: wgpu::TextureFormat,
-    /// How the light, with 1 in alpha, meets what the target holds; none: it replaces it.
+    /// The blending of the light, whose alpha is 1, with the target; none to replace the target.
     pub blend: Option<wgpu::BlendState>,
-    /// A depth and stencil test, for example against a stencil that marks some materials; none:
-    /// no such attachment. The triangle has depth 0.
+    /// A depth and stencil test, for example against a stencil that marks some materials; none if
+    /// there is no such attachment. The triangle has depth 0.
     pub depth_stencil: Option<wgpu::DepthStencilState>,
-    /// What the G-buffer's positions are. Diffuse surfaces do not read them.
+    /// The contents of the G-buffer's position texture. Diffuse surfaces do not read it.
     pub positions: Positions,
-    /// How the G-buffer stores normals.
+    /// The encoding of the G-buffer's normals.
     pub normals: Normals,
 }
 
-/// How surfaces reflect.
+/// The reflection model of the surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reflection {
-    /// Diffusely: from the whole hemisphere.
+    /// Diffuse reflection of the whole hemisphere.
     Lambertian,
-    /// From a cone around the mirrored direction.
+    /// Glossy reflection of a cone around the mirror direction.
     Glossy,
 }
 
-/// One frame's view of the scene and its environment.
+/// The camera, G-buffer and environment of one frame.
 #[derive(Clone, Copy, Debug)]
 pub struct EnvironmentFrame<'a> {
-    /// View and projection, in columns; read where positions are depths.
+    /// The view and projection matrix, in columns; read if positions are depths.
     pub clip_from_world: [[f32; 4]; 4],
-    /// Where the viewer is, and 1; or, of an orthographic camera, a direction towards the viewer, and
-    /// 0. Read where surfaces are glossy.
+    /// The viewer's position and 1, or for an orthographic camera a direction towards the viewer
+    /// and 0. Read if surfaces are glossy.
     pub eye: [f32; 4],
-    /// Half-angle of the glossy lobe's cone, in radians, above 0 and up to π/2. Below 5.1 degrees
-    /// the lobe is as blurred as at 5.1.
+    /// The half-angle of the glossy lobe's cone, in radians, above 0 and up to π/2. Below 5.1
+    /// degrees the lobe is as blurred as at 5.1.
     pub lobe_half_angle: f32,
-    /// How the scene stands in its environment.
+    /// The orientation and scale of the environment.
     pub environment: AogridEnvironment,
-    /// The environment.
+    /// The prefiltered environment.
     pub map: &'a EnvironmentTexture,
-    /// What an [`OcclusionPass`](crate::OcclusionPass) with
-    /// [`Output::TransmittanceAndAxis`](crate::Output::TransmittanceAndAxis) left: in xyz the sum of
-    /// all (AO/2) d′, in w 1 − AO. What merges cones leaves the same.
+    /// The output of an [`OcclusionPass`](crate::OcclusionPass) with
+    /// [`Output::TransmittanceAndAxis`](crate::Output::TransmittanceAndAxis), or of a merging pass:
+    /// the sum of all (AO/2) d′ in xyz, 1 − AO in w.
     pub occlusion: &'a wgpu::TextureView,
     /// See [`Normals`].
     pub normals: &'a wgpu::TextureView,
@@ -62,41 +62,42 @@ pub struct EnvironmentFrame<'a> {
     pub positions: Option<&'a wgpu::TextureView>,
 }
 
-/// Why a pass cannot be made.
+/// The reasons why a pass cannot be created.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnvironmentPassError {
-    /// The target cannot hold or blend what is written.
+    /// The target's format cannot hold or blend the output.
     #[error(
         "{format:?} cannot be the target: it must take floats as a render attachment{need} on this device"
     )]
     Target {
         /// The target's format.
         format: wgpu::TextureFormat,
-        /// What else it must do.
+        /// The missing capability.
         need: &'static str,
     },
 }
 
-/// Why a frame cannot be prepared.
+/// The reasons why a frame cannot be prepared.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnvironmentFrameError {
     /// The camera's matrix has no inverse.
     #[error("clip_from_world cannot be inverted")]
     Camera,
-    /// Not the half-angle of a lobe.
-    #[error("a lobe's half-angle of {0} is not above 0 and up to π/2")]
+    /// The half-angle of the lobe is outside its range.
+    #[error("the lobe's half-angle of {0} is not above 0 and at most π/2")]
     Lobe(f32),
-    /// A texture that the pass was made to read.
-    #[error("the pass was made to read {0}, which the frame does not bring")]
+    /// A texture that the pass reads is missing from the frame.
+    #[error("the pass was created to read {0}, which are missing from the frame")]
     Missing(&'static str),
 }
 
-/// The pass. Make it once, prepare it once a frame, draw it in a render pass of yours: it
-/// creates no device, submits nothing and waits for nothing. No feature, limits of WebGPU's defaults.
+/// The environment pass. Create it once, prepare it once a frame, draw it in your own render pass:
+/// it creates no device, submits nothing and never waits. It needs no features, and WebGPU's
+/// default limits suffice.
 ///
-/// It writes every pixel that its tests let through, whatever the pixel shows: where that is no
+/// It writes every pixel that passes its tests, whatever the pixel shows: for pixels without a
 /// surface, draw the sky afterwards or mask with a stencil.
 #[derive(Debug)]
 pub struct EnvironmentPass {
@@ -104,14 +105,14 @@ pub struct EnvironmentPass {
     pipeline: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
     frame_buffer: wgpu::Buffer,
-    /// Stands in for positions that the descriptor leaves out.
-    no_positions: wgpu::TextureView,
-    group: Option<(Bound, wgpu::BindGroup)>,
+    /// A placeholder for positions that the pass does not read.
+    positions_placeholder: wgpu::TextureView,
+    group: Option<(BoundResources, wgpu::BindGroup)>,
 }
 
-/// What the bind group was made from.
+/// The resources of a bind group.
 #[derive(Debug, PartialEq)]
-struct Bound {
+struct BoundResources {
     views: [wgpu::TextureView; 4],
     sampler: wgpu::Sampler,
 }
@@ -131,7 +132,7 @@ impl EnvironmentPass {
     ///
     /// # Errors
     ///
-    /// A target that the device cannot write or blend so.
+    /// If the device cannot write or blend the target.
     pub fn new(
         device: &wgpu::Device,
         descriptor: EnvironmentPassDescriptor,
@@ -146,36 +147,40 @@ impl EnvironmentPass {
                 usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             }),
-            no_positions: pipeline::no_positions(device),
+            positions_placeholder: pipeline::positions_placeholder(device),
             group: None,
             layout,
             descriptor,
         })
     }
 
-    /// Writes what [`EnvironmentPass::draw`] will read: the writes are made with the queue's next
-    /// submission. The last call before a submission counts.
+    /// Writes the frame that [`EnvironmentPass::draw`] will read. The writes take effect with the
+    /// queue's next submission; the last call before a submission counts.
     ///
     /// # Errors
     ///
-    /// A frame that cannot be drawn; the last one that could stays.
+    /// If the frame cannot be drawn; the last valid frame is kept.
     pub fn prepare(
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         frame: &EnvironmentFrame<'_>,
     ) -> Result<(), EnvironmentFrameError> {
-        let bound = self.bound(frame)?;
+        let resources = self.resources(frame)?;
         let uniforms = self.uniforms(frame)?;
         queue.write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(&uniforms));
-        if self.group.as_ref().is_none_or(|(old, _)| *old != bound) {
-            let group = self.bind(device, &bound);
-            self.group = Some((bound, group));
+        if self
+            .group
+            .as_ref()
+            .is_none_or(|(previous, _)| *previous != resources)
+        {
+            let group = self.bind(device, &resources);
+            self.group = Some((resources, group));
         }
         Ok(())
     }
 
-    /// Draws over the whole target, the only colour attachment of the render pass.
+    /// Draws over the whole target, the only color attachment of the render pass.
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
         let Some((_, group)) = &self.group else {
             return;
@@ -185,16 +190,19 @@ impl EnvironmentPass {
         pass.draw(0..3, 0..1);
     }
 
-    fn bound(&self, frame: &EnvironmentFrame<'_>) -> Result<Bound, EnvironmentFrameError> {
+    fn resources(
+        &self,
+        frame: &EnvironmentFrame<'_>,
+    ) -> Result<BoundResources, EnvironmentFrameError> {
         let positions = match (self.descriptor.reflection, frame.positions) {
-            (Reflection::Lambertian, _) => &self.no_positions,
+            (Reflection::Lambertian, _) => &self.positions_placeholder,
             (Reflection::Glossy, Some(view)) => view,
             (Reflection::Glossy, None) => {
                 return Err(EnvironmentFrameError::Missing("positions"));
             }
         };
         let views = [positions, frame.normals, frame.occlusion, frame.map.view()];
-        Ok(Bound {
+        Ok(BoundResources {
             views: views.map(Clone::clone),
             sampler: frame.map.sampler().clone(),
         })
@@ -221,8 +229,8 @@ impl EnvironmentPass {
         })
     }
 
-    fn bind(&self, device: &wgpu::Device, bound: &Bound) -> wgpu::BindGroup {
-        let [positions, normals, occlusion, map] = bound
+    fn bind(&self, device: &wgpu::Device, resources: &BoundResources) -> wgpu::BindGroup {
+        let [positions, normals, occlusion, map] = resources
             .views
             .each_ref()
             .map(wgpu::BindingResource::TextureView);
@@ -232,7 +240,7 @@ impl EnvironmentPass {
             normals,
             occlusion,
             map,
-            wgpu::BindingResource::Sampler(&bound.sampler),
+            wgpu::BindingResource::Sampler(&resources.sampler),
         ];
         let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
         let entries: Vec<_> = (0..).zip(resources).map(entry).collect();

@@ -1,11 +1,11 @@
-//! What the environment pass compiles: its layout and constants.
+//! The pipeline of the environment pass: its layout and constants.
 
 use std::num::NonZeroU64;
 
 use super::{EnvironmentPassDescriptor, EnvironmentPassError, Reflection, Uniforms};
 use crate::{Normals, Positions, wgsl};
 
-/// Refuses a target that could not be drawn into.
+/// Rejects a target that cannot be drawn into.
 pub(super) fn check(
     device: &wgpu::Device,
     descriptor: &EnvironmentPassDescriptor,
@@ -108,8 +108,8 @@ pub(super) fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     })
 }
 
-/// A texture with nothing in it, for positions that no shader will read.
-pub(super) fn no_positions(device: &wgpu::Device) -> wgpu::TextureView {
+/// A texture of one texel, for positions that no shader reads.
+pub(super) fn positions_placeholder(device: &wgpu::Device) -> wgpu::TextureView {
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: Some("aogrid no positions"),
         size: wgpu::Extent3d::default(),
@@ -126,7 +126,7 @@ pub(super) fn no_positions(device: &wgpu::Device) -> wgpu::TextureView {
     })
 }
 
-/// The `override`s of the WGSL.
+/// The values of the `override`s of the WGSL.
 fn constants(descriptor: &EnvironmentPassDescriptor) -> [(&'static str, f64); 3] {
     let from_depth = descriptor.positions == Positions::Depth;
     let [scale, offset] = match descriptor.normals {

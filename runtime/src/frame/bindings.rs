@@ -1,46 +1,46 @@
-//! The first bind group of every pass: camera, G-buffer, T_clip. `frame.wgsl` is its other side.
+//! The first bind group of every pass, which `frame.wgsl` declares: camera, G-buffer, T_clip.
 
 use std::num::NonZeroU64;
 
-use super::{Normals, Positions, PrepareError, Receivers, View};
+use super::{FrameInputs, Normals, Positions, PrepareError, Receivers};
 use crate::occluder::world_from_clip;
 use crate::tables;
 
-/// What a pass reads of the G-buffer. Compiled into its pipeline.
+/// The parts of the G-buffer that a pass reads. Compiled into its pipeline.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Reads {
+pub(crate) struct GBufferReads {
     pub(crate) positions: Positions,
-    /// None: no normals are read.
+    /// The encoding of the normals; none if no normals are read.
     pub(crate) normals: Option<Normals>,
     pub(crate) receivers: Receivers,
 }
 
-/// The bind group, made anew when the frame's textures are others.
+/// The bind group, recreated when the frame's textures change.
 #[derive(Debug)]
-pub(crate) struct Bindings {
-    reads: Reads,
+pub(crate) struct FrameBindings {
+    reads: GBufferReads,
     layout: wgpu::BindGroupLayout,
     table: wgpu::TextureView,
     sampler: wgpu::Sampler,
-    /// Stand in for textures that are not read.
-    no_normals: wgpu::TextureView,
-    no_receivers: wgpu::TextureView,
+    /// Placeholders for textures that are not read.
+    normals_placeholder: wgpu::TextureView,
+    receivers_placeholder: wgpu::TextureView,
     buffer: wgpu::Buffer,
-    group: Option<(Views, wgpu::BindGroup)>,
+    group: Option<(BoundViews, wgpu::BindGroup)>,
 }
 
-/// A frame that can be written.
-pub(crate) struct Checked {
-    views: Views,
+/// A validated frame, ready to be written.
+pub(crate) struct ValidatedFrame {
+    views: BoundViews,
     world_from_clip: [[f32; 4]; 4],
 }
 
-/// Positions, normals and receivers: what the bind group was made from.
+/// The views of a bind group: positions, normals, receivers.
 #[derive(Debug, PartialEq)]
-struct Views([wgpu::TextureView; 3]);
+struct BoundViews([wgpu::TextureView; 3]);
 
-impl Reads {
-    /// The `override`s of `frame.wgsl`.
+impl GBufferReads {
+    /// The values of the `override`s of `frame.wgsl`.
     pub(crate) fn constants(&self) -> [(&'static str, f64); 4] {
         let [scale, offset] = match self.normals {
             Some(Normals::Signed) | None => [1.0, 0.0],
@@ -61,16 +61,21 @@ impl Reads {
     }
 }
 
-impl Bindings {
-    /// `table`: T_clip, as transmittance or the whole of it.
-    pub(crate) fn new(device: &wgpu::Device, reads: Reads, table: wgpu::TextureView) -> Self {
+impl FrameBindings {
+    /// Creates the layout, buffer and sampler. `table` is T_clip as transmittance, or with all
+    /// channels.
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        reads: GBufferReads,
+        table: wgpu::TextureView,
+    ) -> Self {
         Self {
             reads,
             layout: layout(device),
             table,
             sampler: tables::linear_clamp_sampler(device),
-            no_normals: nothing(device, wgpu::TextureFormat::Rgba8Unorm),
-            no_receivers: nothing(device, wgpu::TextureFormat::R32Uint),
+            normals_placeholder: placeholder(device, wgpu::TextureFormat::Rgba8Unorm),
+            receivers_placeholder: placeholder(device, wgpu::TextureFormat::R32Uint),
             buffer: device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("aogrid frame"),
                 size: size_of::<[[f32; 4]; 4]>() as u64,
@@ -85,41 +90,52 @@ impl Bindings {
         &self.layout
     }
 
-    /// None before the first frame.
+    /// The bind group; none before the first frame.
     pub(crate) fn group(&self) -> Option<&wgpu::BindGroup> {
         self.group.as_ref().map(|(_, group)| group)
     }
 
-    pub(crate) fn check(&self, view: &View<'_>) -> Result<Checked, PrepareError> {
+    /// Validates a frame; nothing is written yet.
+    pub(crate) fn check(&self, view: &FrameInputs<'_>) -> Result<ValidatedFrame, PrepareError> {
         let normals = match (self.reads.normals, view.normals) {
             (_, Some(view)) => view,
-            (None, None) => &self.no_normals,
+            (None, None) => &self.normals_placeholder,
             (Some(_), None) => return Err(PrepareError::Missing("normals")),
         };
         let receivers = match (self.reads.receivers, view.receivers) {
-            (Receivers::None, _) => &self.no_receivers,
+            (Receivers::None, _) => &self.receivers_placeholder,
             (_, Some(view)) => view,
             (_, None) => return Err(PrepareError::Missing("receivers")),
         };
-        Ok(Checked {
-            views: Views([view.positions, normals, receivers].map(Clone::clone)),
+        Ok(ValidatedFrame {
+            views: BoundViews([view.positions, normals, receivers].map(Clone::clone)),
             world_from_clip: world_from_clip(view.clip_from_world)
                 .map_err(|_| PrepareError::Camera)?,
         })
     }
 
-    pub(crate) fn write(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, checked: Checked) {
-        let world_from_clip = bytemuck::bytes_of(&checked.world_from_clip);
+    /// Writes a validated frame.
+    pub(crate) fn write(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        validated: ValidatedFrame,
+    ) {
+        let world_from_clip = bytemuck::bytes_of(&validated.world_from_clip);
         queue.write_buffer(&self.buffer, 0, world_from_clip);
-        let views = checked.views;
-        if self.group.as_ref().is_some_and(|(old, _)| *old == views) {
+        let views = validated.views;
+        if self
+            .group
+            .as_ref()
+            .is_some_and(|(previous, _)| *previous == views)
+        {
             return;
         }
         let group = self.bind(device, &views);
         self.group = Some((views, group));
     }
 
-    fn bind(&self, device: &wgpu::Device, views: &Views) -> wgpu::BindGroup {
+    fn bind(&self, device: &wgpu::Device, views: &BoundViews) -> wgpu::BindGroup {
         let [positions, normals, receivers] = &views.0;
         let view = wgpu::BindingResource::TextureView;
         let resources = [
@@ -140,10 +156,10 @@ impl Bindings {
     }
 }
 
-/// A texture with nothing in it, for a binding that no shader will read.
-fn nothing(device: &wgpu::Device, format: wgpu::TextureFormat) -> wgpu::TextureView {
+/// A texture of one texel, for a binding that no shader reads.
+fn placeholder(device: &wgpu::Device, format: wgpu::TextureFormat) -> wgpu::TextureView {
     let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("aogrid nothing"),
+        label: Some("aogrid placeholder"),
         size: wgpu::Extent3d::default(),
         mip_level_count: 1,
         sample_count: 1,
@@ -153,7 +169,7 @@ fn nothing(device: &wgpu::Device, format: wgpu::TextureFormat) -> wgpu::TextureV
         view_formats: &[],
     });
     texture.create_view(&wgpu::TextureViewDescriptor {
-        label: Some("aogrid nothing"),
+        label: Some("aogrid placeholder"),
         ..Default::default()
     })
 }

@@ -1,28 +1,28 @@
-// What every pass reads of a frame. Behind `constants.wgsl` and `shading.wgsl`.
+// The inputs of a frame that every pass reads. Behind `constants.wgsl` and `shading.wgsl`.
 
 /// Whether `positions` holds depths instead of world positions.
 override positions_are_depths: bool;
 /// Normals are scale * texel + offset.
 override normal_scale: f32;
 override normal_offset: f32;
-/// What of `receivers` is there: 0 nothing, 1 ids, 2 ids and layers.
+/// The channels of `receivers`: 0 none, 1 ids, 2 ids and layers.
 override receiver_channels: u32;
 
 struct Frame {
     world_from_clip: mat4x4f,
 }
 
-/// Written once a frame.
+/// The camera, written once a frame.
 @group(0) @binding(0) var<uniform> frame: Frame;
-/// World positions (xyz), or depths (x), of what each pixel shows.
+/// The world positions (xyz), or depths (x), of the receivers.
 @group(0) @binding(1) var positions: texture_2d<f32>;
-/// World normals of what each pixel shows.
+/// The world normals of the receivers.
 @group(0) @binding(2) var normals: texture_2d<f32>;
-/// Object id and layers of what each pixel shows.
+/// The object ids and layers of the receivers.
 @group(0) @binding(3) var receivers: texture_2d<u32>;
-/// T_clip as transmittance; with axes the whole of it.
+/// T_clip as transmittance, or with all channels where axes are needed.
 @group(0) @binding(4) var t_clip: texture_2d<f32>;
-/// Linear, clamped.
+/// The linear, clamped sampler.
 @group(0) @binding(5) var linear_clamp: sampler;
 
 fn receiver_position(texel: vec2u) -> vec3f {
@@ -39,7 +39,7 @@ fn receiver_normal(texel: vec2u) -> vec3f {
     return fma(textureLoad(normals, texel, 0).xyz, vec3f(normal_scale), vec3f(normal_offset));
 }
 
-/// The object's id, and its layers: all of them where nothing is known.
+/// The object's id, and its layers: all of them if they are unknown.
 fn receiver_object(texel: vec2u) -> vec2u {
     if receiver_channels == 0u {
         return vec2u(AOGRID_NO_OBJECT, 0xffffffffu);
@@ -53,6 +53,7 @@ fn is_shaded(occluder: AogridOccluder, object: vec2u) -> bool {
     return receiver_channels == 0u || aogrid_shades(occluder, object.x, object.y);
 }
 
+/// Whether the receiver belongs to the occluder.
 fn is_on_itself(occluder: AogridOccluder, object: vec2u) -> bool {
     return object.x == occluder.object_id && occluder.object_id != AOGRID_NO_OBJECT;
 }

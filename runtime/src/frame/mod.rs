@@ -1,34 +1,34 @@
-//! What passes are given of a frame: the G-buffer, the camera, the occluders.
+//! The input of the passes for one frame: the G-buffer, the camera, the occluders.
 
 mod bindings;
 
 use crate::{GridTexture, Instance, InstanceError};
 
-pub(crate) use bindings::{Bindings, Reads};
+pub(crate) use bindings::{FrameBindings, GBufferReads};
 
-/// What the G-buffer's positions are.
+/// The contents of the G-buffer's position texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Positions {
     /// World positions in xyz of a float texture.
     World,
-    /// Values of a depth buffer, as bound for reading, or in x of a float texture. Any
-    /// projection, reversed or not, with wgpu's depth range 0..1 over the whole target.
+    /// Values of a depth buffer, as bound for reading, or in x of a float texture. Any projection
+    /// is allowed, reversed or not, with wgpu's depth range 0..1 over the whole target.
     Depth,
 }
 
-/// How the G-buffer stores normals, which are of unit length.
+/// The encoding of the G-buffer's normals, which have unit length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Normals {
-    /// As they are.
+    /// The normal n itself.
     Signed,
-    /// (n + 1)/2, as in unorm formats.
+    /// The value (n + 1)/2, as in unorm formats.
     Unsigned,
 }
 
-/// What the G-buffer says of whose pixel it is.
+/// The information in the G-buffer about the object that a pixel shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Receivers {
-    /// Nothing: every occluder shades every pixel, and none knows its own.
+    /// No information: every occluder shades every pixel, and none recognizes its own pixels.
     None,
     /// The object's id in x of an unsigned integer texture.
     Ids,
@@ -36,10 +36,10 @@ pub enum Receivers {
     IdsAndLayers,
 }
 
-/// One frame's view of the scene.
+/// The camera, G-buffer and occluders of one frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame<'a> {
-    /// View and projection, in columns: perspective or orthographic, depth 0..1.
+    /// The view and projection matrix, in columns: perspective or orthographic, depth 0..1.
     pub clip_from_world: [[f32; 4]; 4],
     /// See [`Positions`].
     pub positions: &'a wgpu::TextureView,
@@ -47,46 +47,46 @@ pub struct Frame<'a> {
     pub normals: Option<&'a wgpu::TextureView>,
     /// See [`Receivers`].
     pub receivers: Option<&'a wgpu::TextureView>,
-    /// All occluders, wherever they are: those off screen shade what is on it. For the same
-    /// bits each frame, in the same order each frame.
+    /// All occluders, including those off screen, which may shade visible receivers. The order must
+    /// be the same in each frame for bit-identical results.
     pub occluders: &'a [(&'a GridTexture, Instance)],
 }
 
-/// Why a frame cannot be prepared.
+/// The reasons why a frame cannot be prepared.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PrepareError {
-    /// An occluder's transform or strength.
+    /// An occluder's transform or strength is invalid.
     #[error("occluder {occluder}: {source}")]
     Instance {
-        /// Its place in the frame's occluders.
+        /// Its index in the frame's occluders.
         occluder: usize,
-        /// What is wrong.
+        /// The reason.
         source: InstanceError,
     },
     /// The camera's matrix has no inverse.
     #[error("clip_from_world cannot be inverted")]
     Camera,
-    /// A grid of another encoding than the pass was made for.
-    #[error("occluder {0}: its grid's encoding is not the one that the pass was made for")]
+    /// A grid's encoding differs from the one that the pass was created for.
+    #[error("occluder {0}: its grid's encoding differs from the one that the pass was created for")]
     Encoding(usize),
-    /// A texture that the pass was made to read.
-    #[error("the pass was made to read {0}, which the frame does not bring")]
+    /// A texture that the pass reads is missing from the frame.
+    #[error("the pass was created to read {0}, which are missing from the frame")]
     Missing(&'static str),
-    /// More occluders than the pass, or a buffer of the device, holds.
-    #[error("{0} occluders are more than the pass or a buffer of the device holds")]
+    /// There are more occluders than the pass, or a buffer of the device, can hold.
+    #[error("{0} occluders are more than the pass or a buffer of the device can hold")]
     TooMany(usize),
-    /// An occluder without a grid.
-    #[error("occluder {0}: the atlas has no grid at the place that it names")]
+    /// An occluder's grid index is not in the atlas.
+    #[error("occluder {0}: the atlas has no grid with the occluder's grid index")]
     NoSuchGrid(usize),
-    /// The target does not fit the G-buffer.
-    #[error("the target's size is not that of the G-buffer's positions")]
+    /// The target and the G-buffer differ in size.
+    #[error("the target's size differs from that of the G-buffer's positions")]
     TargetSize,
 }
 
-/// What of a frame all passes read, whatever their occluders are.
+/// The inputs of a frame that all passes read, however their occluders are given.
 #[derive(Clone, Copy)]
-pub(crate) struct View<'a> {
+pub(crate) struct FrameInputs<'a> {
     pub(crate) clip_from_world: [[f32; 4]; 4],
     pub(crate) positions: &'a wgpu::TextureView,
     pub(crate) normals: Option<&'a wgpu::TextureView>,
@@ -94,8 +94,8 @@ pub(crate) struct View<'a> {
 }
 
 impl<'a> Frame<'a> {
-    pub(crate) fn view(&self) -> View<'a> {
-        View {
+    pub(crate) fn view(&self) -> FrameInputs<'a> {
+        FrameInputs {
             clip_from_world: self.clip_from_world,
             positions: self.positions,
             normals: self.normals,

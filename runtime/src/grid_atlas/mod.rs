@@ -8,49 +8,49 @@ use crate::grid_texture::{self, GridTextureError};
 
 /// Grids of one encoding and format in one 3D texture. Clones share it.
 ///
-/// A look-up is clamped to the centres of its grid's outer cells, which is what a clamped sampler
-/// does at the edge of a texture: neighbours never mix, and no border is stored.
+/// Look-ups are clamped to the centers of the grid's outer cells, as a clamped sampler does at the
+/// edge of a texture: neighboring grids never mix, and no border is stored.
 #[derive(Clone, Debug)]
 pub struct GridAtlas {
     view: wgpu::TextureView,
     encoding: Encoding,
     format: TexelFormat,
-    parts: Vec<Part>,
+    regions: Vec<AtlasRegion>,
 }
 
-/// Where one grid lies.
+/// The region of one grid.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Part {
+pub(crate) struct AtlasRegion {
     pub(crate) spec: GridSpec,
-    /// The first of its texels.
-    first: [u32; 3],
-    /// The atlas's texels along each axis.
-    atlas: [u32; 3],
+    /// Its first texel.
+    origin: [u32; 3],
+    /// The size of the atlas in texels.
+    atlas_size: [u32; 3],
 }
 
-/// Why grids make no atlas.
+/// The reasons why grids cannot form an atlas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GridAtlasError {
-    /// No grid at all.
-    #[error("an atlas needs a grid")]
+    /// There is no grid.
+    #[error("an atlas needs at least one grid")]
     Empty,
-    /// A grid unlike the first.
+    /// A grid differs from the first in encoding or format.
     #[error(
-        "grid {0} is of another encoding or format than the first: bake all with the same \
+        "grid {0} differs from the first in encoding or format: bake all with the same \
          --encoding and --format"
     )]
     Mixed(usize),
-    /// A grid that the device cannot take.
+    /// The device cannot hold a grid.
     #[error("grid {grid}: {source}")]
     Grid {
-        /// Its place in the list.
+        /// Its index in the list.
         grid: usize,
-        /// Why not.
+        /// The reason.
         source: GridTextureError,
     },
-    /// Together they are too large.
-    #[error("the grids are too many for one texture of {limit} texels along each axis")]
+    /// The grids do not fit into one texture.
+    #[error("the grids do not fit into one texture of {limit} texels along each axis")]
     Full {
         /// The device's limit.
         limit: u32,
@@ -58,12 +58,13 @@ pub enum GridAtlasError {
 }
 
 impl GridAtlas {
-    /// Uploads `grids`: the writes are made with the queue's next submission. `label` names the
+    /// Uploads `grids`. The writes take effect with the queue's next submission. `label` names the
     /// texture in graphics debuggers.
     ///
     /// # Errors
     ///
-    /// No grids, grids that differ in encoding or format, or that the device cannot hold or filter.
+    /// If there are no grids, if they differ in encoding or format, or if the device cannot hold or
+    /// filter them.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -87,10 +88,10 @@ impl GridAtlas {
         for (grid, &origin) in grids.iter().zip(&packed.origins) {
             grid_texture::write(queue, &texture, grid, origin);
         }
-        let part = |(grid, &first): (&&Grid, &[u32; 3])| Part {
+        let region = |(grid, &origin): (&&Grid, &[u32; 3])| AtlasRegion {
             spec: *grid.spec(),
-            first,
-            atlas: packed.size,
+            origin,
+            atlas_size: packed.size,
         };
         Ok(Self {
             view: texture.create_view(&wgpu::TextureViewDescriptor {
@@ -99,47 +100,47 @@ impl GridAtlas {
             }),
             encoding,
             format,
-            parts: grids.iter().zip(&packed.origins).map(part).collect(),
+            regions: grids.iter().zip(&packed.origins).map(region).collect(),
         })
     }
 
-    /// How many grids there are.
+    /// The number of grids.
     pub fn grid_count(&self) -> usize {
-        self.parts.len()
+        self.regions.len()
     }
 
-    /// The whole texture, for a shader of your own.
+    /// The whole texture, for your own shaders.
     pub fn view(&self) -> &wgpu::TextureView {
         &self.view
     }
 
-    /// What a texel means.
+    /// The quantities that a texel holds.
     pub fn encoding(&self) -> Encoding {
         self.encoding
     }
 
-    /// How a value is stored.
+    /// The storage format of a channel.
     pub fn format(&self) -> TexelFormat {
         self.format
     }
 
-    pub(crate) fn part(&self, grid: usize) -> Option<&Part> {
-        self.parts.get(grid)
+    pub(crate) fn region(&self, grid: usize) -> Option<&AtlasRegion> {
+        self.regions.get(grid)
     }
 }
 
-impl Part {
+impl AtlasRegion {
     /// Half a cell, in \[0,1\]³ of the grid's box.
     pub(crate) fn half_cell(&self) -> [f32; 3] {
         self.spec.resolution().map(|n| 0.5 / n as f32)
     }
 
-    /// The atlas's coordinates are scale · position + offset.
+    /// The scale and offset of atlas coordinates: scale · position + offset.
     pub(crate) fn scale_and_offset(&self) -> [[f32; 3]; 2] {
         let resolution = self.spec.resolution();
         [
-            std::array::from_fn(|x| resolution[x] as f32 / self.atlas[x] as f32),
-            std::array::from_fn(|x| self.first[x] as f32 / self.atlas[x] as f32),
+            std::array::from_fn(|x| resolution[x] as f32 / self.atlas_size[x] as f32),
+            std::array::from_fn(|x| self.origin[x] as f32 / self.atlas_size[x] as f32),
         ]
     }
 }

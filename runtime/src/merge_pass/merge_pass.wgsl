@@ -1,9 +1,9 @@
-// The merging raster pass: the running cone of a pixel under an occluder's box, read from one
-// buffer, written to the other (RR-5779, 5.2.2). Behind `frame.wgsl` and `boxes.wgsl`.
+// The merging raster pass: the running cone of a pixel that an occluder's box covers is read from
+// one buffer and written to the other (RR-5779, 5.2.2). Behind `frame.wgsl` and `boxes.wgsl`.
 
-/// What the occluders before this one left: (AO/2) d' summed, and 1 - AO.
-@group(3) @binding(0) var merged_before: texture_2d<f32>;
-/// What T_merge takes off.
+/// The accumulated previous occluders: the sum of (AO/2) d', and 1 - AO.
+@group(3) @binding(0) var previous: texture_2d<f32>;
+/// The overlap table of T_merge.
 @group(3) @binding(1) var overlaps: texture_3d<f32>;
 
 @fragment
@@ -14,12 +14,13 @@ fn merge(@builtin(position) pixel: vec4f) -> @location(0) vec4f {
         discard;
     }
     let n = receiver_normal(texel);
-    let one = aogrid_cone_with_axis_at(draw.occluder, grid, t_clip, linear_clamp, p_grid, n);
-    return aogrid_merge(textureLoad(merged_before, texel, 0), one, overlaps, linear_clamp);
+    let contribution =
+        aogrid_cone_with_axis_at(draw.occluder, grid, t_clip, linear_clamp, p_grid, n);
+    return aogrid_merge(textureLoad(previous, texel, 0), contribution, overlaps, linear_clamp);
 }
 
-/// Brings what the last pass wrote into the buffer that it did not write.
+/// Copies the output of the previous pass into the other buffer.
 @fragment
 fn copy(@builtin(position) pixel: vec4f) -> @location(0) vec4f {
-    return textureLoad(merged_before, vec2u(pixel.xy), 0);
+    return textureLoad(previous, vec2u(pixel.xy), 0);
 }

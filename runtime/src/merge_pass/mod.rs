@@ -1,62 +1,65 @@
-//! The merging raster pass: occluders one after the other, their cones united in a pair of
+//! The merging raster pass: merges the cones of the occluders one after the other, in a pair of
 //! buffers (RR-5779, 5.2.2).
 
 use aogrid_grid_format::Encoding;
 
-use crate::boxes::{self, BoxPipeline, Boxes, DepthTest, Uniforms};
-use crate::frame::{Bindings, Frame, Normals, Positions, PrepareError, Reads, Receivers};
+use crate::boxes::{self, BoxPipelineDescriptor, DepthTest, OccluderDraws, Uniforms};
+use crate::frame::{
+    Frame, FrameBindings, GBufferReads, Normals, Positions, PrepareError, Receivers,
+};
 use crate::occlusion_pass::PassError;
 use crate::{tables, wgsl};
 
-/// What a [`MergePass`] reads and writes. Everything here is compiled into its pipelines.
+/// The inputs and outputs of a [`MergePass`]. Everything here is compiled into its pipelines.
 #[derive(Clone, Debug)]
 pub struct MergePassDescriptor {
     /// Names the pass in graphics debuggers.
     pub label: String,
     /// The buffers' format: `Rgba16Float` or `Rgba32Float`.
     pub format: wgpu::TextureFormat,
-    /// What the G-buffer's positions are.
+    /// The contents of the G-buffer's position texture.
     pub positions: Positions,
-    /// How the G-buffer stores normals.
+    /// The encoding of the G-buffer's normals.
     pub normals: Normals,
-    /// What the G-buffer says of whose pixel it is.
+    /// The information in the G-buffer about the object that a pixel shows.
     pub receivers: Receivers,
-    /// Skips pixels whose receiver lies behind an occluder's box; none: no depth buffer.
+    /// The depth test that skips pixels whose receiver lies behind an occluder's box; none if there
+    /// is no depth buffer.
     pub depth: Option<DepthTest>,
     /// The winding of faces seen from outside in your right-handed pipelines; `Ccw` unless your
-    /// projection mirrors the picture.
+    /// projection mirrors the image.
     pub front_face: wgpu::FrontFace,
 }
 
-/// The merging raster pass, for grids with cones. Make it once, prepare it once a frame, record it
-/// into an encoder of yours: it creates no device, submits nothing and waits for nothing.
+/// The merging raster pass, for grids with cones. Create it once, prepare it once a frame, record
+/// it into your own encoder: it creates no device, submits nothing and never waits.
 ///
-/// No shader can read what it writes, so there are two buffers. Each occluder reads one and writes
-/// the other, within its box; what its predecessor wrote there is copied over in the same render
-/// pass. That makes one render pass an occluder, and two draws of its box.
+/// A shader cannot read its own render target, so there are two buffers. Each occluder reads one
+/// and writes the other, within its box; the output of its predecessor is copied over in the same
+/// render pass. The cost is one render pass and two draws of a box per occluder.
 ///
-/// It needs no feature but what an f32 grid does; limits: those of WebGPU's defaults.
+/// It needs no features beyond those of an f32 grid; WebGPU's default limits suffice.
 #[derive(Debug)]
 pub struct MergePass {
     descriptor: MergePassDescriptor,
     merge: wgpu::RenderPipeline,
     copy: wgpu::RenderPipeline,
-    bindings: Bindings,
-    boxes: Boxes,
+    bindings: FrameBindings,
+    draws: OccluderDraws,
     pair_layout: wgpu::BindGroupLayout,
-    shared: wgpu::TextureView,
-    pair: Option<[Buffer; 2]>,
+    overlap_table: wgpu::TextureView,
+    pair: Option<[PairBuffer; 2]>,
 }
 
-/// One of both, and the bind group that reads it.
+/// One buffer of the pair, and the bind group that reads it.
 #[derive(Debug)]
-struct Buffer {
+struct PairBuffer {
     view: wgpu::TextureView,
     group: wgpu::BindGroup,
 }
 
-/// Nothing is hidden: what both buffers begin with.
-const OPEN: wgpu::Color = wgpu::Color {
+/// The initial value of both buffers: no occlusion.
+const UNOCCLUDED: wgpu::Color = wgpu::Color {
     r: 0.0,
     g: 0.0,
     b: 0.0,
@@ -68,7 +71,7 @@ impl MergePass {
     ///
     /// # Errors
     ///
-    /// A format that cannot hold four signed floats.
+    /// If the format cannot hold four signed floats.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -81,12 +84,12 @@ impl MergePass {
             return Err(PassError::Target { format, need });
         }
         let table = tables::clip_table(device, queue);
-        let bindings = Bindings::new(device, descriptor.reads(), table);
-        let boxes = Boxes::new(device);
+        let bindings = FrameBindings::new(device, descriptor.reads(), table);
+        let draws = OccluderDraws::new(device);
         let pair_layout = pair_layout(device);
         let pipeline = |fragment| {
-            let [draw, grid] = boxes.layouts();
-            let what = BoxPipeline {
+            let [draw, grid] = draws.layouts();
+            let box_pipeline = BoxPipelineDescriptor {
                 label: &descriptor.label,
                 wgsl: wgsl::MERGE_PASS,
                 layouts: &[bindings.layout(), draw, grid, &pair_layout],
@@ -96,72 +99,77 @@ impl MergePass {
                 depth: descriptor.depth,
                 front_face: descriptor.front_face,
             };
-            boxes::pipeline(device, &what)
+            boxes::pipeline(device, &box_pipeline)
         };
         Ok(Self {
             merge: pipeline("merge"),
             copy: pipeline("copy"),
-            shared: tables::intersection_table(device, queue),
+            overlap_table: tables::intersection_table(device, queue),
             pair: None,
             bindings,
-            boxes,
+            draws,
             pair_layout,
             descriptor,
         })
     }
 
-    /// Writes what [`MergePass::record`] will draw: the writes are made with the queue's next
-    /// submission. The last call before a submission counts. A frame whose positions are of another
-    /// size than the last one's gets buffers of its own.
+    /// Writes the frame that [`MergePass::record`] will draw. The writes take effect with the
+    /// queue's next submission; the last call before a submission counts. The buffers are recreated
+    /// when the size of the positions changes.
     ///
     /// # Errors
     ///
-    /// A frame that cannot be drawn; the last one that could stays.
+    /// If the frame cannot be drawn; the last valid frame is kept.
     pub fn prepare(
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         frame: &Frame<'_>,
     ) -> Result<(), PrepareError> {
-        let checked = self.bindings.check(&frame.view())?;
+        let validated = self.bindings.check(&frame.view())?;
         let uniforms = Uniforms::new(device, frame, Encoding::Cone)?;
-        self.bindings.write(device, queue, checked);
-        self.boxes.write(device, queue, frame, &uniforms);
+        self.bindings.write(device, queue, validated);
+        self.draws.write(device, queue, frame, &uniforms);
         let size = frame.positions.texture().size();
-        if self.result().is_none_or(|old| old.texture().size() != size) {
+        if self
+            .result()
+            .is_none_or(|previous| previous.texture().size() != size)
+        {
             self.pair = Some([0, 1].map(|_| self.buffer(device, size)));
         }
         Ok(())
     }
 
-    /// Records all occluders that were prepared, in their order. `depth`: the attachment, only
-    /// read, of the depth test, if there is one.
+    /// Records all prepared occluders, in their order. `depth` is the read-only attachment of the
+    /// depth test, if there is one.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder, depth: Option<&wgpu::TextureView>) {
         let (Some(pair), Some(frame)) = (&self.pair, self.bindings.group()) else {
             return;
         };
-        let count = self.boxes.len();
-        // The last occluder writes the first buffer.
-        let written = |idx: usize| (count - 1 - idx) % 2;
-        let clear = wgpu::LoadOp::Clear(OPEN);
+        let count = self.draws.len();
+        // Alternates so that the last occluder writes the first buffer, the result.
+        let target_idx = |idx: usize| (count - 1 - idx) % 2;
+        let clear = wgpu::LoadOp::Clear(UNOCCLUDED);
+        // The first occluder reads this buffer; its own render pass clears the one it writes.
         self.begin(encoder, &pair[count % 2].view, clear, None);
         for idx in 0..count {
             let load = if idx == 0 { clear } else { wgpu::LoadOp::Load };
-            let mut pass = self.begin(encoder, &pair[written(idx)].view, load, depth);
+            let mut pass = self.begin(encoder, &pair[target_idx(idx)].view, load, depth);
             pass.set_bind_group(0, frame, &[]);
-            pass.set_bind_group(3, &pair[1 - written(idx)].group, &[]);
+            pass.set_bind_group(3, &pair[1 - target_idx(idx)].group, &[]);
+            // The other buffer misses the previous occluder only within that occluder's box.
             if idx > 0 {
                 pass.set_pipeline(&self.copy);
-                self.boxes.draw(&mut pass, idx - 1);
+                self.draws.draw(&mut pass, idx - 1);
             }
             pass.set_pipeline(&self.merge);
-            self.boxes.draw(&mut pass, idx);
+            self.draws.draw(&mut pass, idx);
         }
     }
 
-    /// What all occluders left, for each pixel: in w the transmittance 1 − AO, in xyz the sum of
-    /// all (AO/2) d′, which points to what is occluded. As large as the positions' texture; none
-    /// before the first frame. It may be bound, copied, and rendered to.
+    /// The accumulated occluders of each pixel: the transmittance 1 − AO in w, the sum of all
+    /// (AO/2) d′, which points towards the occluded directions, in xyz. It has the size of the
+    /// position texture; none before the first frame. It may be bound, copied, and rendered to.
     pub fn result(&self) -> Option<&wgpu::TextureView> {
         self.pair.as_ref().map(|[first, _]| &first.view)
     }
@@ -195,7 +203,7 @@ impl MergePass {
         })
     }
 
-    fn buffer(&self, device: &wgpu::Device, size: wgpu::Extent3d) -> Buffer {
+    fn buffer(&self, device: &wgpu::Device, size: wgpu::Extent3d) -> PairBuffer {
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some(&self.descriptor.label),
             size,
@@ -209,7 +217,7 @@ impl MergePass {
             view_formats: &[],
         });
         let view = texture.create_view(&Default::default());
-        let resources = [&view, &self.shared].map(wgpu::BindingResource::TextureView);
+        let resources = [&view, &self.overlap_table].map(wgpu::BindingResource::TextureView);
         let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
         let entries: Vec<_> = (0..).zip(resources).map(entry).collect();
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -217,13 +225,13 @@ impl MergePass {
             layout: &self.pair_layout,
             entries: &entries,
         });
-        Buffer { view, group }
+        PairBuffer { view, group }
     }
 }
 
 impl MergePassDescriptor {
-    fn reads(&self) -> Reads {
-        Reads {
+    fn reads(&self) -> GBufferReads {
+        GBufferReads {
             positions: self.positions,
             normals: Some(self.normals),
             receivers: self.receivers,
@@ -231,7 +239,7 @@ impl MergePassDescriptor {
     }
 }
 
-/// A buffer and T_merge.
+/// The layout of one buffer of the pair and the overlap table of T_merge.
 fn pair_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let entry = |binding, filterable, view_dimension| wgpu::BindGroupLayoutEntry {
         binding,

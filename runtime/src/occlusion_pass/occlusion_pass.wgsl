@@ -1,7 +1,7 @@
-// The raster pass: what a pixel under an occluder's box is multiplied by (RR-5779, 3.2). Behind
+// The raster pass: the factor of a pixel that an occluder's box covers (RR-5779, 3.2). Behind
 // `frame.wgsl` and `boxes.wgsl`.
 
-/// Whether the grids hold cones; else occlusion alone.
+/// Whether the grids hold cones; otherwise they hold occlusion alone.
 override grids_hold_cones: bool;
 
 @fragment

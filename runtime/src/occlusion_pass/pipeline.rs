@@ -1,13 +1,13 @@
-//! What the raster pass compiles: its target, its blending, its constants.
+//! The pipeline of the raster pass: its target, blending and constants.
 
 use aogrid_grid_format::Encoding;
 
 use super::{Mode, OcclusionPassDescriptor, Output, PassError};
-use crate::boxes::{self, BoxPipeline, Boxes};
-use crate::frame::Bindings;
+use crate::boxes::{self, BoxPipelineDescriptor, OccluderDraws};
+use crate::frame::FrameBindings;
 use crate::wgsl;
 
-/// Refuses what could not be compiled or would come out wrong.
+/// Rejects descriptors that do not compile or would give wrong results.
 pub(super) fn check(
     device: &wgpu::Device,
     descriptor: &OcclusionPassDescriptor,
@@ -44,15 +44,15 @@ pub(super) fn check(
 
 pub(super) fn new(
     device: &wgpu::Device,
-    bindings: &Bindings,
-    boxes: &Boxes,
+    bindings: &FrameBindings,
+    draws: &OccluderDraws,
     descriptor: &OcclusionPassDescriptor,
 ) -> wgpu::RenderPipeline {
-    let [draw, grid] = boxes.layouts();
+    let [draw, grid] = draws.layouts();
     let grids_hold_cones = f64::from(u8::from(descriptor.encoding == Encoding::Cone));
     let mut constants = descriptor.reads().constants().to_vec();
     constants.push(("grids_hold_cones", grids_hold_cones));
-    let what = BoxPipeline {
+    let box_pipeline = BoxPipelineDescriptor {
         label: &descriptor.label,
         wgsl: wgsl::OCCLUSION_PASS,
         layouts: &[bindings.layout(), draw, grid],
@@ -66,7 +66,7 @@ pub(super) fn new(
         depth: descriptor.depth,
         front_face: descriptor.front_face,
     };
-    boxes::pipeline(device, &what)
+    boxes::pipeline(device, &box_pipeline)
 }
 
 fn target(descriptor: &OcclusionPassDescriptor) -> wgpu::ColorTargetState {
@@ -77,7 +77,7 @@ fn target(descriptor: &OcclusionPassDescriptor) -> wgpu::ColorTargetState {
         operation: wgpu::BlendOperation::Add,
     };
     let (color, alpha, write_mask) = match descriptor.output {
-        // Whoever multiplies straight into a picture keeps its alpha.
+        // Only colors are written: multiplying directly into an image keeps its alpha.
         Output::Transmittance => (blend(Zero, Src), blend(Zero, One), wgpu::ColorWrites::COLOR),
         Output::TransmittanceAndAxis => (
             blend(One, One),

@@ -1,86 +1,87 @@
-//! What the tiled pass binds besides the frame: occluders, grids, lists, the target.
+//! The bindings of the tiled pass besides the frame: occluders, grids, lists, the target.
 
 use bytemuck::{Pod, Zeroable};
 
 use super::{TiledFrame, TiledPassDescriptor};
 use crate::frame::PrepareError;
-use crate::grid_atlas::Part;
+use crate::grid_atlas::AtlasRegion;
 use crate::occluder::clip_from_box;
 use crate::wgsl::AOGRID_TILE;
 use crate::{AogridOccluder, GridAtlas, Instance, InstanceError, TiledPass, tables};
 
-/// What shaders read of an occluder whose grid is a part of an atlas: the struct of the same name in
-/// the WGSL library, 192 bytes, for a storage buffer.
+/// The shader data of an occluder whose grid is a region of an atlas: the struct of the same name
+/// in the WGSL library, 192 bytes, for a storage buffer.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct AogridAtlasOccluder {
     /// The occluder.
     pub occluder: AogridOccluder,
-    /// Half a cell, in \[0,1\]³ of the grid's box; the fourth is unused, here and below.
+    /// Half a cell, in \[0,1\]³ of the grid's box; the fourth component is unused, here and below.
     pub half_cell: [f32; 4],
-    /// The atlas's coordinates are scale · position + offset.
+    /// The scale of atlas coordinates: scale · position + offset.
     pub atlas_scale: [f32; 4],
-    /// See the scale.
+    /// The offset of atlas coordinates.
     pub atlas_offset: [f32; 4],
-    /// The pixels that its box covers: least x and y, largest x and y.
+    /// The pixels that its box covers: minimum x and y, maximum x and y.
     pub pixels: [f32; 4],
 }
 
-/// What the lists cover: the struct of the same name in the WGSL library, 16 bytes, for a uniform
-/// buffer.
+/// The size of the target and of the lists: the struct of the same name in the WGSL library, 16
+/// bytes, for a uniform buffer.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct AogridTiles {
-    /// Pixels.
+    /// The target's size in pixels.
     pub size: [u32; 2],
-    /// Words of 32 occluders in a list.
+    /// The number of words in a list, with one bit for each of 32 occluders.
     pub words: u32,
-    /// Occluders.
+    /// The number of occluders.
     pub occluders: u32,
 }
 
 impl AogridAtlasOccluder {
-    /// An occluder with a part of an atlas, seen by a camera whose picture has `size` pixels.
+    /// Builds an occluder with a region of an atlas, seen by a camera whose image has `size`
+    /// pixels.
     fn new(
         atlas: &GridAtlas,
-        part: &Part,
+        region: &AtlasRegion,
         instance: &Instance,
         clip_from_world: [[f32; 4]; 4],
         size: [u32; 2],
     ) -> Result<Self, InstanceError> {
-        let four = |[x, y, z]: [f32; 3]| [x, y, z, 0.0];
-        let [scale, offset] = part.scale_and_offset();
+        let padded = |[x, y, z]: [f32; 3]| [x, y, z, 0.0];
+        let [scale, offset] = region.scale_and_offset();
         Ok(Self {
-            occluder: AogridOccluder::new(&part.spec, atlas.format(), instance)?,
-            half_cell: four(part.half_cell()),
-            atlas_scale: four(scale),
-            atlas_offset: four(offset),
-            pixels: pixels(clip_from_world, part, instance, size)?,
+            occluder: AogridOccluder::new(&region.spec, atlas.format(), instance)?,
+            half_cell: padded(region.half_cell()),
+            atlas_scale: padded(scale),
+            atlas_offset: padded(offset),
+            pixels: pixels(clip_from_world, region, instance, size)?,
         })
     }
 }
 
 impl AogridTiles {
-    /// How many tiles there are across and down.
+    /// The number of tiles across and down.
     pub fn tiles(&self) -> [u32; 2] {
         self.size.map(|n| n.div_ceil(AOGRID_TILE))
     }
 
-    /// Words of all lists of all tiles: two each.
+    /// The number of words in all lists of all tiles: two lists each.
     fn all_words(&self) -> u64 {
         let [across, down] = self.tiles().map(u64::from);
         across * down * 2 * u64::from(self.words)
     }
 }
 
-/// A frame that can be written.
-pub(super) struct Contents {
+/// A validated frame, ready to be written.
+pub(super) struct FrameData {
     tiles: AogridTiles,
     occluders: Vec<AogridAtlasOccluder>,
     list_words: u64,
 }
 
-impl Contents {
+impl FrameData {
     pub(super) fn new(
         device: &wgpu::Device,
         frame: &TiledFrame<'_>,
@@ -107,10 +108,10 @@ impl Contents {
             if frame.atlas.encoding() != descriptor.encoding {
                 return Err(PrepareError::Encoding(idx));
             }
-            let part = frame.atlas.part(*grid);
-            let part = part.ok_or(PrepareError::NoSuchGrid(idx))?;
+            let region = frame.atlas.region(*grid);
+            let region = region.ok_or(PrepareError::NoSuchGrid(idx))?;
             let camera = frame.clip_from_world;
-            AogridAtlasOccluder::new(frame.atlas, part, instance, camera, tiles.size).map_err(
+            AogridAtlasOccluder::new(frame.atlas, region, instance, camera, tiles.size).map_err(
                 |source| PrepareError::Instance {
                     occluder: idx,
                     source,
@@ -125,28 +126,28 @@ impl Contents {
     }
 }
 
-/// The bind groups, made anew when what they hold is other.
+/// The buffers, and the bind groups, which are recreated when their resources change.
 #[derive(Debug)]
 pub(super) struct Buffers {
     layouts: Layouts,
-    /// The whole T_clip, and what T_merge takes off.
+    /// T_clip with all channels, and the overlap table of T_merge.
     tables: [wgpu::TextureView; 2],
     sampler: wgpu::Sampler,
     tiles_buffer: wgpu::Buffer,
     occluders: wgpu::Buffer,
     lists: wgpu::Buffer,
     tiles: AogridTiles,
-    groups: Option<Groups>,
+    groups: Option<BindGroups>,
 }
 
 #[derive(Debug)]
-pub(super) struct Groups {
+pub(super) struct BindGroups {
     /// Atlas and target.
     views: [wgpu::TextureView; 2],
     pub(super) common: wgpu::BindGroup,
     pub(super) gather: wgpu::BindGroup,
     pub(super) shade: wgpu::BindGroup,
-    /// For other shaders.
+    /// The group for other shaders.
     pub(super) lists: wgpu::BindGroup,
 }
 
@@ -156,7 +157,7 @@ impl Buffers {
         target: wgpu::TextureFormat,
         tables: [wgpu::TextureView; 2],
     ) -> Self {
-        let no_tiles = AogridTiles {
+        let empty_tiles = AogridTiles {
             size: [0; 2],
             words: 0,
             occluders: 0,
@@ -172,7 +173,7 @@ impl Buffers {
             ),
             occluders: occluder_buffer(device, 1),
             lists: list_buffer(device, 1),
-            tiles: no_tiles,
+            tiles: empty_tiles,
             groups: None,
         }
     }
@@ -193,8 +194,8 @@ impl Buffers {
         &self.layouts.lists
     }
 
-    /// None before the first frame.
-    pub(super) fn groups(&self) -> Option<&Groups> {
+    /// The bind groups; none before the first frame.
+    pub(super) fn groups(&self) -> Option<&BindGroups> {
         self.groups.as_ref()
     }
 
@@ -207,34 +208,39 @@ impl Buffers {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         frame: &TiledFrame<'_>,
-        contents: &Contents,
+        frame_data: &FrameData,
     ) {
-        let bytes: &[u8] = bytemuck::cast_slice(&contents.occluders);
+        // Buffers only grow; new ones invalidate the bind groups.
+        let bytes: &[u8] = bytemuck::cast_slice(&frame_data.occluders);
         if bytes.len() as u64 > self.occluders.size() {
-            let wanted = contents.occluders.len().next_power_of_two();
-            self.occluders = occluder_buffer(device, wanted);
+            let new_capacity = frame_data.occluders.len().next_power_of_two();
+            self.occluders = occluder_buffer(device, new_capacity);
             self.groups = None;
         }
-        if 4 * contents.list_words > self.lists.size() {
-            self.lists = list_buffer(device, contents.list_words);
+        if 4 * frame_data.list_words > self.lists.size() {
+            self.lists = list_buffer(device, frame_data.list_words);
             self.groups = None;
         }
-        queue.write_buffer(&self.tiles_buffer, 0, bytemuck::bytes_of(&contents.tiles));
+        queue.write_buffer(&self.tiles_buffer, 0, bytemuck::bytes_of(&frame_data.tiles));
         queue.write_buffer(&self.occluders, 0, bytes);
-        self.tiles = contents.tiles;
+        self.tiles = frame_data.tiles;
         let views = [frame.atlas.view(), frame.target].map(Clone::clone);
-        if self.groups.as_ref().is_none_or(|old| old.views != views) {
+        if self
+            .groups
+            .as_ref()
+            .is_none_or(|previous| previous.views != views)
+        {
             self.groups = Some(self.bind(device, views));
         }
     }
 
-    fn bind(&self, device: &wgpu::Device, views: [wgpu::TextureView; 2]) -> Groups {
+    fn bind(&self, device: &wgpu::Device, views: [wgpu::TextureView; 2]) -> BindGroups {
         let view = wgpu::BindingResource::TextureView;
         let ([atlas, target], [t_clip, overlaps]) = (&views, &self.tables);
         let tiles = self.tiles_buffer.as_entire_binding();
         let occluders = self.occluders.as_entire_binding();
         let lists = self.lists.as_entire_binding();
-        let for_others = [
+        let list_resources = [
             tiles.clone(),
             occluders.clone(),
             view(atlas),
@@ -244,27 +250,27 @@ impl Buffers {
             lists.clone(),
         ];
         let shade = [lists.clone(), view(atlas), view(overlaps), view(target)];
-        Groups {
+        BindGroups {
             common: group(device, &self.layouts.common, [tiles, occluders]),
             gather: group(device, &self.layouts.gather, [lists]),
             shade: group(device, &self.layouts.shade, shade),
-            lists: group(device, &self.layouts.lists, for_others),
+            lists: group(device, &self.layouts.lists, list_resources),
             views,
         }
     }
 }
 
-/// Least x and y, largest x and y of the pixels that the box may cover: all of them if a part of it
-/// lies behind the camera, none if all does.
+/// The minimum x and y and the maximum x and y of the pixels that the box may cover: all pixels if
+/// a part of the box lies behind the camera, none if the whole box does.
 fn pixels(
     clip_from_world: [[f32; 4]; 4],
-    part: &Part,
+    region: &AtlasRegion,
     instance: &Instance,
     size: [u32; 2],
 ) -> Result<[f32; 4], InstanceError> {
-    /// What rounding may be worth, in pixels; and texels of a tile are looked through anywhere.
+    /// The margin for rounding, in pixels; it also covers positions anywhere within a pixel.
     const MARGIN: f32 = 1.0;
-    let clip_from_box = clip_from_box(clip_from_world, &part.spec, instance)?;
+    let clip_from_box = clip_from_box(clip_from_world, &region.spec, instance)?;
     let clip_from_box = glam::Mat4::from_cols_array_2d(&clip_from_box);
     let corners = [0, 1, 2, 3, 4, 5, 6, 7].map(|corner| {
         let bit = |axis: u32| (corner >> axis & 1) as f32;
@@ -272,6 +278,7 @@ fn pixels(
     });
     let in_front = corners.iter().filter(|corner| corner.w > 0.0).count();
     Ok(match in_front {
+        // An empty range, which no tile meets.
         0 => [f32::MAX, f32::MAX, f32::MIN, f32::MIN],
         8 => {
             let [width, height] = size.map(|n| n as f32);
@@ -319,15 +326,15 @@ fn group<const N: usize>(
     })
 }
 
-/// Of bind groups.
+/// The layouts of the bind groups.
 #[derive(Debug)]
 struct Layouts {
     /// The second group of both entry points of `tiled_pass.wgsl`.
     common: wgpu::BindGroupLayout,
-    /// The third group of each.
+    /// The third group of the two entry points.
     gather: wgpu::BindGroupLayout,
     shade: wgpu::BindGroupLayout,
-    /// What `tile_lists.wgsl` binds.
+    /// The group that `tile_lists.wgsl` binds.
     lists: wgpu::BindGroupLayout,
 }
 

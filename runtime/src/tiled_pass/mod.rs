@@ -5,53 +5,55 @@ mod pipeline;
 
 use aogrid_grid_format::Encoding;
 
-use crate::frame::{Bindings, Normals, Positions, PrepareError, Reads, Receivers, View};
+use crate::frame::{
+    FrameBindings, FrameInputs, GBufferReads, Normals, Positions, PrepareError, Receivers,
+};
 use crate::{GridAtlas, Instance, Mode, Output, PassError, tables};
-use buffers::{Buffers, Contents};
+use buffers::{Buffers, FrameData};
 
 pub use buffers::{AogridAtlasOccluder, AogridTiles};
 
-/// What a [`TiledPass`] reads and writes. Everything here is compiled into its pipeline.
+/// The inputs and outputs of a [`TiledPass`]. Everything here is compiled into its pipeline.
 #[derive(Clone, Debug)]
 pub struct TiledPassDescriptor {
     /// Names the pass in graphics debuggers.
     pub label: String,
-    /// How a grid is shaded.
+    /// The shading mode.
     pub mode: Mode,
-    /// How occluders are combined.
+    /// The combination of several occluders.
     pub combine: Combine,
-    /// What the target takes.
+    /// The quantities that are written to the target.
     pub output: Output,
-    /// The target's format: `R32Float`, `Rgba16Float` or `Rgba32Float`, and for a transmittance alone
-    /// `Rgba8Unorm`, too, as each pixel is written but once.
+    /// The target's format: `R32Float`, `Rgba16Float` or `Rgba32Float`; for a transmittance alone
+    /// also `Rgba8Unorm`, as each pixel is written only once.
     pub target: wgpu::TextureFormat,
-    /// What the G-buffer's positions are.
+    /// The contents of the G-buffer's position texture.
     pub positions: Positions,
-    /// How the G-buffer stores normals.
+    /// The encoding of the G-buffer's normals.
     pub normals: Normals,
-    /// What the G-buffer says of whose pixel it is.
+    /// The information in the G-buffer about the object that a pixel shows.
     pub receivers: Receivers,
-    /// The encoding of the atlases that it will be given.
+    /// The encoding of the atlases that the pass will read.
     pub encoding: Encoding,
 }
 
-/// How occluders are combined.
+/// The combination of several occluders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Combine {
-    /// The product of all 1 − AO: right for objects that do not overlap as seen from the receiver,
-    /// whatever their order.
+    /// The product of all 1 − AO: correct for objects that do not overlap as seen from the
+    /// receiver, in any order.
     Multiply,
     /// The union of their cones, in the caller's order: for parts that touch or overlap.
     Merge,
 }
 
-/// One frame's view of the scene.
+/// The camera, G-buffer, occluders and target of one frame.
 #[derive(Clone, Copy, Debug)]
 pub struct TiledFrame<'a> {
-    /// View and projection, in columns: perspective or orthographic, depth 0..1.
+    /// The view and projection matrix, in columns: perspective or orthographic, depth 0..1.
     pub clip_from_world: [[f32; 4]; 4],
-    /// See [`Positions`]. Where nothing is, NaN or infinite, or the depth of a cleared buffer; such
-    /// a depth, 0 or 1, keeps no occluder of the lists.
+    /// See [`Positions`]. A pixel without a surface holds NaN or infinity, or the depth of a
+    /// cleared buffer, 0 or 1; such a pixel adds no occluder to the lists.
     pub positions: &'a wgpu::TextureView,
     /// See [`Normals`]; none for [`Mode::Occlusion`].
     pub normals: Option<&'a wgpu::TextureView>,
@@ -59,57 +61,58 @@ pub struct TiledFrame<'a> {
     pub receivers: Option<&'a wgpu::TextureView>,
     /// All grids.
     pub atlas: &'a GridAtlas,
-    /// All occluders, wherever they are, up to [`TiledPass::MOST_OCCLUDERS`]: the place of each
-    /// one's grid in the list that the atlas was made from, and where it stands. They are walked in
-    /// this order.
+    /// All occluders, including those off screen, up to [`TiledPass::MOST_OCCLUDERS`]: the index of
+    /// each one's grid in the list from which the atlas was created, and its instance. They are
+    /// processed in this order.
     pub occluders: &'a [(usize, Instance)],
-    /// As large as the positions, with `STORAGE_BINDING`. Every pixel of it is written.
+    /// The target, of the size of the positions and with `STORAGE_BINDING`. Every pixel is written.
     pub target: &'a wgpu::TextureView,
 }
 
-/// The tiled pass. Make it once, prepare it once a frame, dispatch it in a compute pass of yours: it
-/// creates no device, submits nothing and waits for nothing.
+/// The tiled pass. Create it once, prepare it once a frame, dispatch it in your own compute pass:
+/// it creates no device, submits nothing and never waits.
 ///
-/// A tile is [`AOGRID_TILE`](crate::AOGRID_TILE)² pixels. It gathers the occluders whose box both
-/// covers it on screen and meets the bounds of its receivers in the world, one bit each; every pixel
-/// then walks them with the running cone in registers. Other shaders may walk the same lists.
+/// A tile is [`AOGRID_TILE`](crate::AOGRID_TILE)² pixels. The first dispatch gathers for each tile
+/// the occluders whose box both covers it on screen and meets the bounds of its receivers in world
+/// space, one bit each. In the second, every pixel walks its tile's list with the running cone in
+/// registers. Other shaders may walk the same lists.
 ///
-/// It needs no feature but what an f32 grid does; limits: those of WebGPU's defaults.
+/// It needs no features beyond those of an f32 grid; WebGPU's default limits suffice.
 #[derive(Debug)]
 pub struct TiledPass {
     descriptor: TiledPassDescriptor,
     gather: wgpu::ComputePipeline,
     shade: wgpu::ComputePipeline,
-    bindings: Bindings,
+    bindings: FrameBindings,
     buffers: Buffers,
 }
 
-/// Lanes along a side of the workgroups that shade: `SIDE` in the WGSL.
+/// The side length of a workgroup, in invocations: `SIDE` in the WGSL.
 const SIDE: u32 = 8;
 
 impl TiledPass {
-    /// The most occluders of a frame.
+    /// The maximum number of occluders in a frame.
     pub const MOST_OCCLUDERS: usize = 32 * crate::wgsl::AOGRID_TILE_WORDS as usize;
 
     /// Compiles the pipeline and uploads the tables.
     ///
     /// # Errors
     ///
-    /// A descriptor whose parts do not fit each other.
+    /// If the descriptor is inconsistent.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         descriptor: TiledPassDescriptor,
     ) -> Result<Self, PassError> {
         pipeline::check(&descriptor)?;
-        let whole = tables::clip_table(device, queue);
+        let clip_table_view = tables::clip_table(device, queue);
         let table = match descriptor.needs_axes() {
-            true => whole.clone(),
+            true => clip_table_view.clone(),
             false => tables::transmittance_table(device, queue),
         };
-        let bindings = Bindings::new(device, descriptor.reads(), table);
-        let shared = tables::intersection_table(device, queue);
-        let buffers = Buffers::new(device, descriptor.target, [whole, shared]);
+        let bindings = FrameBindings::new(device, descriptor.reads(), table);
+        let overlap_table = tables::intersection_table(device, queue);
+        let buffers = Buffers::new(device, descriptor.target, [clip_table_view, overlap_table]);
         let pipeline = |entry_point, own| {
             let layouts = [bindings.layout(), buffers.common_layout(), own];
             pipeline::new(device, entry_point, layouts, &descriptor)
@@ -123,32 +126,32 @@ impl TiledPass {
         })
     }
 
-    /// Writes what [`TiledPass::dispatch`] will shade: the writes are made with the queue's next
-    /// submission. The last call before a submission counts.
+    /// Writes the frame that [`TiledPass::dispatch`] will shade. The writes take effect with the
+    /// queue's next submission; the last call before a submission counts.
     ///
     /// # Errors
     ///
-    /// A frame that cannot be shaded; the last one that could stays.
+    /// If the frame cannot be shaded; the last valid frame is kept.
     pub fn prepare(
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         frame: &TiledFrame<'_>,
     ) -> Result<(), PrepareError> {
-        let view = View {
+        let view = FrameInputs {
             clip_from_world: frame.clip_from_world,
             positions: frame.positions,
             normals: frame.normals,
             receivers: frame.receivers,
         };
-        let checked = self.bindings.check(&view)?;
-        let contents = Contents::new(device, frame, &self.descriptor)?;
-        self.bindings.write(device, queue, checked);
-        self.buffers.write(device, queue, frame, &contents);
+        let validated = self.bindings.check(&view)?;
+        let frame_data = FrameData::new(device, frame, &self.descriptor)?;
+        self.bindings.write(device, queue, validated);
+        self.buffers.write(device, queue, frame, &frame_data);
         Ok(())
     }
 
-    /// Gathers the lists of what was prepared, and shades every pixel once: two dispatches.
+    /// Gathers the lists of the prepared frame and shades every pixel once, in two dispatches.
     pub fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>) {
         let (Some(frame), Some(groups)) = (self.bindings.group(), self.buffers.groups()) else {
             return;
@@ -166,13 +169,13 @@ impl TiledPass {
     }
 
     /// The bind group with which [`wgsl::tile_lists`](crate::wgsl::tile_lists) reads this frame's
-    /// lists, for fragment and compute shaders that run after the dispatch. None before the first
+    /// lists, for fragment and compute shaders that run after the dispatch; none before the first
     /// frame.
     pub fn lists(&self) -> Option<&wgpu::BindGroup> {
         self.buffers.groups().map(|groups| &groups.lists)
     }
 
-    /// The layout of that bind group.
+    /// The layout of the bind group that [`TiledPass::lists`] returns.
     pub fn lists_layout(&self) -> &wgpu::BindGroupLayout {
         self.buffers.lists_layout()
     }
@@ -183,8 +186,8 @@ impl TiledPassDescriptor {
         self.combine == Combine::Merge || self.output == Output::TransmittanceAndAxis
     }
 
-    fn reads(&self) -> Reads {
-        Reads {
+    fn reads(&self) -> GBufferReads {
+        GBufferReads {
             positions: self.positions,
             normals: match self.mode {
                 Mode::Occlusion => None,

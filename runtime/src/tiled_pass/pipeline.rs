@@ -1,11 +1,11 @@
-//! What the tiled pass compiles.
+//! The pipelines of the tiled pass.
 
 use aogrid_grid_format::Encoding;
 
 use super::{Combine, TiledPassDescriptor};
 use crate::{Mode, Output, PassError, wgsl};
 
-/// Refuses what could not be compiled or would come out wrong.
+/// Rejects descriptors that do not compile or would give wrong results.
 pub(super) fn check(descriptor: &TiledPassDescriptor) -> Result<(), PassError> {
     use wgpu::TextureFormat as F;
     let mode = descriptor.mode;
@@ -56,7 +56,7 @@ pub(super) fn new(
         entry_point: Some(entry_point),
         compilation_options: wgpu::PipelineCompilationOptions {
             constants: &constants(descriptor),
-            // The kernel clears what it reads.
+            // The kernel clears its workgroup memory itself.
             zero_initialize_workgroup_memory: false,
         },
         cache: None,
@@ -74,7 +74,7 @@ fn name(format: wgpu::TextureFormat) -> &'static str {
     }
 }
 
-/// The `override`s of the WGSL.
+/// The values of the `override`s of the WGSL.
 fn constants(descriptor: &TiledPassDescriptor) -> Vec<(&'static str, f64)> {
     let flag = |yes: bool| f64::from(u8::from(yes));
     let shading = match (descriptor.mode, descriptor.combine, descriptor.output) {

@@ -12,9 +12,9 @@ use glam::{Mat4, Vec3};
 use crate::gpu::{Gpu, gpu};
 use crate::scene::{GBuffer, SIZE, gbuffer, orthographic, perspective, reversed, surfaces};
 
-/// What the library's functions are called by, one input a thread.
+/// The kernel that calls the library's functions, one input per thread.
 const KERNEL: &str = "
-@group(0) @binding(0) var<uniform> place: AogridEnvironment;
+@group(0) @binding(0) var<uniform> environment: AogridEnvironment;
 @group(0) @binding(1) var radiance: texture_2d<f32>;
 @group(0) @binding(2) var radiance_sampler: sampler;
 @group(0) @binding(3) var<storage, read> inputs: array<array<vec4f, 4>>;
@@ -22,31 +22,32 @@ const KERNEL: &str = "
 
 @compute @workgroup_size(64)
 fn evaluate(@builtin(global_invocation_id) id: vec3u) {
-    // Whatever the body needs, everything is bound.
-    let bound = place.scale + textureSampleLevel(radiance, radiance_sampler, vec2f(), 0.0);
-    if id.x < arrayLength(&inputs) && bound.x >= 0.0 {
+    // Every binding is used, so that the layout is the same for all bodies.
+    let used = environment.scale + textureSampleLevel(radiance, radiance_sampler, vec2f(), 0.0);
+    if id.x < arrayLength(&inputs) && used.x >= 0.0 {
         let i = inputs[id.x];
         outputs[id.x] = value(i[0], i[1], i[2], i[3]);
     }
 }
 ";
 
-/// Four arguments of four numbers.
+/// The four vector arguments of a call.
 type Input = [[f32; 4]; 4];
 
-struct Bench<'a> {
+/// A device and an environment, to evaluate single functions of the library with.
+struct Harness<'a> {
     gpu: &'a Gpu,
     map: EnvironmentMap,
-    place: AogridEnvironment,
+    environment: AogridEnvironment,
 }
 
-/// Prefiltered once.
+/// Returns [`bright_patch`], prefiltered once for all tests.
 fn sky() -> EnvironmentMap {
     static SKY: LazyLock<EnvironmentMap> = LazyLock::new(bright_patch);
     SKY.clone()
 }
 
-/// A sky with a bright patch, over a coloured ground.
+/// Returns a sky with a bright patch, over colored ground.
 fn bright_patch() -> EnvironmentMap {
     const SKY: [usize; 2] = [64, 32];
     let texel = |idx: usize| {
@@ -62,16 +63,17 @@ fn bright_patch() -> EnvironmentMap {
     EnvironmentMap::new(SKY, &texels).unwrap()
 }
 
-impl<'a> Bench<'a> {
+impl<'a> Harness<'a> {
     fn new(gpu: &'a Gpu) -> Self {
         Self {
             gpu,
             map: sky(),
-            place: AogridEnvironment::new(Up::Z, 0.7).scaled([1.0, 0.8, 1.5]),
+            environment: AogridEnvironment::new(Up::Z, 0.7).scaled([1.0, 0.8, 1.5]),
         }
     }
 
-    /// The values of `fn value(p: vec4f, q: vec4f, r: vec4f, s: vec4f) -> vec4f` with this body.
+    /// Returns the values of `fn value(p: vec4f, q: vec4f, r: vec4f, s: vec4f) -> vec4f` with this
+    /// body.
     fn run(&self, body: &str, inputs: &[Input]) -> Vec<[f32; 4]> {
         let Gpu { device, queue, .. } = self.gpu;
         let function =
@@ -90,11 +92,11 @@ impl<'a> Bench<'a> {
             cache: None,
         });
         let texture = EnvironmentTexture::new(device, queue, &self.map, "test");
-        let place = self.gpu.storage(bytemuck::bytes_of(&self.place));
+        let uniform = self.gpu.storage(bytemuck::bytes_of(&self.environment));
         let input_buffer = self.gpu.storage(bytemuck::cast_slice(inputs));
         let outputs = self.gpu.storage(&vec![0; inputs.len() * 16]);
         let resources = [
-            place.as_entire_binding(),
+            uniform.as_entire_binding(),
             wgpu::BindingResource::TextureView(texture.view()),
             wgpu::BindingResource::Sampler(texture.sampler()),
             input_buffer.as_entire_binding(),
@@ -117,8 +119,13 @@ impl<'a> Bench<'a> {
         bytemuck::pod_collect_to_vec(&self.gpu.read_buffer(&outputs))
     }
 
-    /// The largest difference from the twin's.
-    fn worst(&self, body: &str, inputs: &[Input], twin: impl Fn(&Input) -> [f32; 4]) -> f32 {
+    /// Returns the largest difference from the CPU twin.
+    fn max_difference(
+        &self,
+        body: &str,
+        inputs: &[Input],
+        twin: impl Fn(&Input) -> [f32; 4],
+    ) -> f32 {
         let found = self.run(body, inputs);
         assert!(found.iter().any(|v| *v != found[0]), "nothing was compared");
         let mut worst = 0.0_f32;
@@ -134,14 +141,15 @@ impl<'a> Bench<'a> {
         worst
     }
 
-    /// What a weight's error makes of the steepest texels: level 0 climbs the patch, 20, within a
-    /// cone's 10°, fourteen texels; scaled by up to 1.5; on two levels.
+    /// Returns the error that a filter weight's error causes between the steepest texels: level 0
+    /// rises to the patch, 20, within a cone's 10°, fourteen texels; scaled by up to 1.5; on two
+    /// levels.
     fn filter_error(&self) -> f32 {
         2.0 * self.gpu.weight_error(false) * 20.0 / 14.0 * 1.5
     }
 }
 
-/// Directions all over the sphere, and its axes.
+/// Returns the sphere's axes, then directions all over it.
 fn direction(idx: usize) -> [f32; 3] {
     const AXES: [Vec3; 6] = [
         Vec3::X,
@@ -160,7 +168,8 @@ fn direction(idx: usize) -> [f32; 3] {
     [r * cos, r * sin, z]
 }
 
-/// A normal, an occluded cone above its horizon, a direction to mirror to, a lobe.
+/// Returns inputs of a normal, an occluded cone above its horizon, a mirrored direction and a
+/// lobe's fraction.
 fn receivers() -> Vec<Input> {
     let receiver = |idx: usize| {
         let normal = Vec3::from(direction(idx));
@@ -173,7 +182,7 @@ fn receivers() -> Vec<Input> {
             1 => 1.0,
             _ => (idx as f32 * 0.618_034).fract(),
         };
-        // Of occluders on one side, or on several.
+        // The sum of occluders on one side, or on several.
         let sum = 0.5 * occlusion * above(1) * [1.0, 0.8, 0.3][idx % 3];
         let lobe = 0.5 * 4.0_f32.powf(-4.0 * (idx as f32 * 0.381_966).fract());
         [
@@ -194,28 +203,29 @@ fn with([x, y, z]: [f32; 3], w: f32) -> [f32; 4] {
     [x, y, z, w]
 }
 
-/// Rounding of numbers up to 2 in another order or fused, and of a few sines.
+/// The rounding of numbers up to 2, in another order or fused, and of a few sines.
 const ROUNDING: f32 = 4e-6;
 
-/// What WGSL asks of atan2, 4096 units in the last place, of an angle up to π; devices do better.
-const ARC_TANGENT: f32 = 4096.0 * 2.4e-7;
+/// The error that WGSL allows atan2: 4096 units in the last place of an angle up to π. Devices are
+/// more accurate.
+const ARC_TANGENT_ERROR: f32 = 4096.0 * 2.4e-7;
 
 #[test]
-fn coordinates_levels_and_directions_are_the_twin_s() {
+fn coordinates_levels_and_directions_match_the_cpu_twin() {
     let Some(gpu) = gpu() else { return };
-    let bench = Bench::new(&gpu);
-    let worst = bench.worst(
-        "let d = aogrid_map_direction(place, p.xyz);
+    let harness = Harness::new(&gpu);
+    let worst = harness.max_difference(
+        "let d = aogrid_map_direction(environment, p.xyz);
          return vec4f(aogrid_environment_coordinate(d), aogrid_environment_level(s.x), d.y);",
         &receivers(),
         |[p, _, _, s]| {
-            let d = aogrid_map_direction(&bench.place, xyz(*p));
+            let d = aogrid_map_direction(&harness.environment, xyz(*p));
             let [u, v] = aogrid_environment_coordinate(d);
             [u, v, aogrid_environment_level(s[0]), d[1]]
         },
     );
-    assert!(worst <= ARC_TANGENT, "{worst}");
-    let mirrored = bench.worst(
+    assert!(worst <= ARC_TANGENT_ERROR, "{worst}");
+    let mirrored = harness.max_difference(
         "return vec4f(aogrid_mirrored(vec4f(r.xyz * 3.0, s.x), q.xyz, p.xyz), 0.0);",
         &receivers(),
         |[p, q, r, s]| {
@@ -227,10 +237,10 @@ fn coordinates_levels_and_directions_are_the_twin_s() {
 }
 
 #[test]
-fn cones_are_the_twin_s() {
+fn cones_match_the_cpu_twin() {
     let Some(gpu) = gpu() else { return };
-    let bench = Bench::new(&gpu);
-    let occluded = bench.worst(
+    let harness = Harness::new(&gpu);
+    let occluded = harness.max_difference(
         "let c = aogrid_occluded_cone(q, p.xyz);
          let w = aogrid_cosine_weighted_cone(c, p.xyz);
          return vec4f(w.axis, c.fraction + w.density + aogrid_half_angle(s.x));",
@@ -242,12 +252,13 @@ fn cones_are_the_twin_s() {
             with(weighted.axis, sum)
         },
     );
-    // √(1 − AO/cos β) near 0: the root of a rounding, by half; and the density, twice that.
+    // √(1 − AO/cos β) near 0 is the root of a rounding; the fraction has half of that error, and
+    // the density twice the fraction's.
     assert!(
-        occluded <= 1.5 * (2.0_f32 * ROUNDING).sqrt() + ARC_TANGENT,
+        occluded <= 1.5 * (2.0_f32 * ROUNDING).sqrt() + ARC_TANGENT_ERROR,
         "{occluded}"
     );
-    let shared = bench.worst(
+    let shared = harness.max_difference(
         "let both = aogrid_shared_cone(AogridCone(r.xyz, s.x, 0.5), AogridCone(p.xyz, 0.5, 1.0));
          let third = aogrid_shared_cone(both, AogridCone(r.zxy, 0.1, 0.7));
          return vec4f(both.axis, both.fraction + third.fraction * third.density);",
@@ -264,39 +275,51 @@ fn cones_are_the_twin_s() {
             with(both.axis, both.fraction + third.fraction * third.density)
         },
     );
-    // Angles of arc tangents, of which the middle and the lens take half of a few.
-    assert!(shared <= 2.0 * ARC_TANGENT, "{shared}");
+    // The angles come from arc tangents; the mean axis and the lens take half of a few of them.
+    assert!(shared <= 2.0 * ARC_TANGENT_ERROR, "{shared}");
 }
 
 #[test]
-fn light_is_the_twin_s_diffuse_and_glossy() {
+fn diffuse_and_glossy_light_match_the_cpu_twin() {
     let Some(gpu) = gpu() else { return };
-    let bench = Bench::new(&gpu);
-    let args = "place, radiance, radiance_sampler";
-    let irradiance = bench.worst(
+    let harness = Harness::new(&gpu);
+    let args = "environment, radiance, radiance_sampler";
+    let irradiance = harness.max_difference(
         &format!("return vec4f(aogrid_irradiance({args}, p.xyz), 0.0);"),
         &receivers(),
-        |[p, ..]| with(aogrid_irradiance(&bench.place, &bench.map, xyz(*p)), 0.0),
+        |[p, ..]| {
+            with(
+                aogrid_irradiance(&harness.environment, &harness.map, xyz(*p)),
+                0.0,
+            )
+        },
     );
-    // A coordinate off by an arc tangent's error, on a slope of 20 in 10° at most.
-    let tolerance = bench.filter_error() + 1.5 * 20.0 / 0.17 * ARC_TANGENT / 100.0;
+    // A coordinate has the error of an arc tangent, on a slope of at most 20 in 10°.
+    let tolerance = harness.filter_error() + 1.5 * 20.0 / 0.17 * ARC_TANGENT_ERROR / 100.0;
     assert!(irradiance <= tolerance, "{irradiance}");
-    let lambertian = bench.worst(
+    let lambertian = harness.max_difference(
         &format!("return vec4f(aogrid_lambertian({args}, q, p.xyz), 0.0);"),
         &receivers(),
         |[p, q, ..]| {
             with(
-                aogrid_lambertian(&bench.place, &bench.map, *q, xyz(*p)),
+                aogrid_lambertian(&harness.environment, &harness.map, *q, xyz(*p)),
                 0.0,
             )
         },
     );
     assert!(lambertian <= 2.0 * tolerance, "{lambertian}");
-    let glossy = bench.worst(
+    let glossy = harness.max_difference(
         &format!("return vec4f(aogrid_glossy({args}, q, p.xyz, r.xyz, s.x), 0.0);"),
         &receivers(),
         |[p, q, r, s]| {
-            let light = aogrid_glossy(&bench.place, &bench.map, *q, xyz(*p), xyz(*r), s[0]);
+            let light = aogrid_glossy(
+                &harness.environment,
+                &harness.map,
+                *q,
+                xyz(*p),
+                xyz(*r),
+                s[0],
+            );
             with(light, 0.0)
         },
     );
@@ -304,36 +327,38 @@ fn light_is_the_twin_s_diffuse_and_glossy() {
 }
 
 #[test]
-fn nothing_hidden_is_all_of_the_light_and_all_hidden_is_none() {
+fn no_occlusion_keeps_all_light_and_full_occlusion_keeps_none() {
     let map = sky();
-    let place = AogridEnvironment::new(Up::Y, 0.2);
+    let environment = AogridEnvironment::new(Up::Y, 0.2);
     for [normal, _, mirrored, lobe] in receivers() {
         let (n, r) = (xyz(normal), xyz(mirrored));
-        let open = aogrid_lambertian(&place, &map, [0.0, 0.0, 0.0, 1.0], n);
-        assert_eq!(open, aogrid_irradiance(&place, &map, n));
+        let open = aogrid_lambertian(&environment, &map, [0.0, 0.0, 0.0, 1.0], n);
+        assert_eq!(open, aogrid_irradiance(&environment, &map, n));
         let overhead = with(n.map(|x| 0.5 * x), 0.0);
-        let dark = aogrid_lambertian(&place, &map, overhead, n);
-        assert!(dark.iter().all(|v| *v < NEARLY), "{dark:?}");
-        let dark = aogrid_glossy(&place, &map, overhead, n, r, lobe[0]);
-        assert!(dark.iter().all(|v| *v < NEARLY), "{dark:?}");
+        let dark = aogrid_lambertian(&environment, &map, overhead, n);
+        assert!(dark.iter().all(|v| *v < DARKNESS_TOLERANCE), "{dark:?}");
+        let dark = aogrid_glossy(&environment, &map, overhead, n, r, lobe[0]);
+        assert!(dark.iter().all(|v| *v < DARKNESS_TOLERANCE), "{dark:?}");
     }
 }
 
-/// The fraction of what hides all is ½ but for half a root of a rounding, 2e-4, and the level the
-/// last but for as much; the next has radiances of some ones more or less, a lobe's too.
-const NEARLY: f32 = 1e-3;
+/// The tolerance for full occlusion. The occluded fraction is ½ up to half the root of a rounding,
+/// 2e-4, and the level is the last one up to as much; the radiances of the next level, and of a
+/// lobe, differ by a few units.
+const DARKNESS_TOLERANCE: f32 = 1e-3;
 
 #[test]
-fn occluders_on_several_sides_are_a_wide_and_thin_cone() {
+fn occluders_on_several_sides_become_a_wide_cone_of_low_density() {
     let n = [0.0, 0.0, 1.0];
-    // Overhead AO is 4a(1 - a): a third of a hemisphere's fraction makes 5/9.
+    // For a cone around the normal AO = 4a(1 - a): 5/9 for a = 1/6, a third of the hemisphere's
+    // fraction.
     let (occlusion, a) = (5.0 / 9.0, 1.0 / 6.0);
     for (together, wide) in [(1.0, a), (0.9, 0.25), (0.6, 0.5), (0.0, 0.5)] {
         let sum = 0.5 * occlusion * together;
         let cone = aogrid_occluded_cone([0.0, 0.0, sum, 1.0 - occlusion], n);
         assert!((cone.fraction - wide).abs() < ROUNDING, "{cone:?}");
         assert!((cone.density * wide - a).abs() < ROUNDING, "{cone:?}");
-        // A narrow lobe in its middle finds it as dense as it is.
+        // A narrow lobe in the middle of the cone finds the cone's own density.
         let lobe = aogrid_shared_cone(&AogridCone::new(n, 0.002), &cone);
         assert!((lobe.fraction - 0.002).abs() < ROUNDING && lobe.density == cone.density);
     }
@@ -351,41 +376,42 @@ fn descriptor(reflection: Reflection) -> EnvironmentPassDescriptor {
     }
 }
 
-/// What a pass and the twin are both given.
+/// The inputs of both the pass and the CPU twin.
 struct Scene {
     camera: Mat4,
     eye: [f32; 4],
     buffer: GBuffer,
-    hidden: Vec<[f32; 4]>,
+    combined: Vec<[f32; 4]>,
 }
 
-/// The cameras' place, `scene.rs`.
+/// The position of the cameras of `scene.rs`.
 const EYE: Vec3 = Vec3::new(3.0, 2.5, 4.0);
 
-const LOBE: f32 = 0.4;
+const LOBE_HALF_ANGLE: f32 = 0.4;
 
 impl Scene {
     fn new(camera: Mat4) -> Self {
         let mut surfaces = surfaces();
-        // A floor and a wall of endless size fill the picture: every pixel shows something.
+        // An infinite floor and wall fill the image: every pixel shows a surface.
         surfaces[1].shape = crate::scene::Shape::Plane {
             point: Vec3::new(0.0, 0.0, -2.5),
             normal: Vec3::Z,
         };
         let buffer = gbuffer(camera, &surfaces);
-        let hidden = |(idx, n): (usize, &[f32; 4])| {
-            let [_, hidden, ..] = receivers()[idx % 512];
-            let sum = Vec3::from(xyz(hidden));
+        let combined = |(idx, n): (usize, &[f32; 4])| {
+            let [_, combined, ..] = receivers()[idx % 512];
+            let sum = Vec3::from(xyz(combined));
             let n = Vec3::from(xyz(*n));
             let above = (sum + 0.6 * sum.length() * n).normalize_or_zero() * sum.length();
+            // Mirror the axis to the side of the normal.
             let above = if above.dot(n) < 0.0 {
                 above - 2.0 * above.dot(n) * n
             } else {
                 above
             };
-            above.extend(hidden[3]).to_array()
+            above.extend(combined[3]).to_array()
         };
-        let hidden = buffer.normals.iter().enumerate().map(hidden).collect();
+        let combined = buffer.normals.iter().enumerate().map(combined).collect();
         let eye = match camera == orthographic() {
             true => EYE.extend(0.0),
             false => EYE.extend(1.0),
@@ -394,23 +420,23 @@ impl Scene {
             camera,
             eye: eye.to_array(),
             buffer,
-            hidden,
+            combined,
         }
     }
 
-    fn draw(&self, bench: &Bench<'_>, descriptor: EnvironmentPassDescriptor) -> Vec<[f32; 4]> {
-        let Gpu { device, queue, .. } = bench.gpu;
-        let target = bench.gpu.target(SIZE, descriptor.target);
+    fn draw(&self, harness: &Harness<'_>, descriptor: EnvironmentPassDescriptor) -> Vec<[f32; 4]> {
+        let Gpu { device, queue, .. } = harness.gpu;
+        let target = harness.gpu.target(SIZE, descriptor.target);
         let mut pass = EnvironmentPass::new(device, descriptor.clone()).unwrap();
         let floats = |texels: &[[f32; 4]]| {
             let format = wgpu::TextureFormat::Rgba32Float;
-            bench
+            harness
                 .gpu
                 .texture(SIZE, format, bytemuck::cast_slice(texels))
         };
         let positions = match descriptor.positions {
             Positions::World => floats(&self.buffer.positions),
-            Positions::Depth => bench.gpu.texture(
+            Positions::Depth => harness.gpu.texture(
                 SIZE,
                 wgpu::TextureFormat::R32Float,
                 bytemuck::cast_slice(&self.buffer.depths),
@@ -422,16 +448,17 @@ impl Scene {
             .iter()
             .map(|n| match descriptor.normals {
                 Normals::Signed => *n,
+                // The format of normals without signed texels.
                 Normals::Unsigned => n.map(|x| 0.5 * x + 0.5),
             });
         let normals = floats(&normals.collect::<Vec<_>>());
-        let occlusion = floats(&self.hidden);
-        let map = EnvironmentTexture::new(device, queue, &bench.map, "sky");
+        let occlusion = floats(&self.combined);
+        let map = EnvironmentTexture::new(device, queue, &harness.map, "sky");
         let frame = EnvironmentFrame {
             clip_from_world: self.camera.to_cols_array_2d(),
             eye: self.eye,
-            lobe_half_angle: LOBE,
-            environment: bench.place,
+            lobe_half_angle: LOBE_HALF_ANGLE,
+            environment: harness.environment,
             map: &map,
             occlusion: &occlusion,
             normals: &normals,
@@ -456,31 +483,40 @@ impl Scene {
         pass.draw(&mut render_pass);
         drop(render_pass);
         queue.submit([encoder.finish()]);
-        bytemuck::pod_collect_to_vec(&bench.gpu.read_texture(&target))
+        bytemuck::pod_collect_to_vec(&harness.gpu.read_texture(&target))
     }
 
-    fn twin(&self, bench: &Bench<'_>, reflection: Reflection, pixel: usize) -> [f32; 3] {
-        let (n, hidden) = (xyz(self.buffer.normals[pixel]), self.hidden[pixel]);
+    fn twin_pixel(&self, harness: &Harness<'_>, reflection: Reflection, pixel: usize) -> [f32; 3] {
+        let (n, combined) = (xyz(self.buffer.normals[pixel]), self.combined[pixel]);
         match reflection {
-            Reflection::Lambertian => aogrid_lambertian(&bench.place, &bench.map, hidden, n),
+            Reflection::Lambertian => {
+                aogrid_lambertian(&harness.environment, &harness.map, combined, n)
+            }
             Reflection::Glossy => {
                 let p = xyz(self.buffer.positions[pixel]);
                 let mirrored = aogrid_mirrored(self.eye, p, n);
-                let lobe = 0.5 * (1.0 - LOBE.cos());
-                aogrid_glossy(&bench.place, &bench.map, hidden, n, mirrored, lobe)
+                let lobe = 0.5 * (1.0 - LOBE_HALF_ANGLE.cos());
+                aogrid_glossy(
+                    &harness.environment,
+                    &harness.map,
+                    combined,
+                    n,
+                    mirrored,
+                    lobe,
+                )
             }
         }
     }
 
-    /// The largest difference between the pass's pixels and the twin's.
-    fn worst(&self, bench: &Bench<'_>, descriptor: EnvironmentPassDescriptor) -> f32 {
-        let found = self.draw(bench, descriptor.clone());
+    /// Returns the largest difference between the pass's pixels and the CPU twin's.
+    fn max_difference(&self, harness: &Harness<'_>, descriptor: EnvironmentPassDescriptor) -> f32 {
+        let found = self.draw(harness, descriptor.clone());
         let (mut worst, mut lit, mut seen) = (0.0_f32, 0, 0);
         for (pixel, found) in found.iter().enumerate() {
             if self.buffer.receivers[pixel] == [0, 0] {
                 continue;
             }
-            let expected = self.twin(bench, descriptor.reflection, pixel);
+            let expected = self.twin_pixel(harness, descriptor.reflection, pixel);
             for c in 0..3 {
                 let difference = (found[c] - expected[c]).abs();
                 assert!(!difference.is_nan(), "{pixel}: {found:?}");
@@ -500,15 +536,15 @@ impl Scene {
 }
 
 #[test]
-fn the_pass_draws_the_twin_s_pictures() {
+fn images_of_the_pass_match_the_cpu_twin() {
     let Some(gpu) = gpu() else { return };
-    let bench = Bench::new(&gpu);
-    // As for the functions one by one; on positions of a few units.
-    let tolerance = 2.0 * (bench.filter_error() + 1.5 * 20.0 / 0.17 * ARC_TANGENT / 100.0);
+    let harness = Harness::new(&gpu);
+    // The tolerance is that of the single functions; positions are a few units large.
+    let tolerance = 2.0 * (harness.filter_error() + 1.5 * 20.0 / 0.17 * ARC_TANGENT_ERROR / 100.0);
     for camera in [perspective(), reversed(), orthographic()] {
         let scene = Scene::new(camera);
         for reflection in [Reflection::Lambertian, Reflection::Glossy] {
-            let worst = scene.worst(&bench, descriptor(reflection));
+            let worst = scene.max_difference(&harness, descriptor(reflection));
             assert!(worst <= tolerance, "{reflection:?}: {worst}");
         }
         let from_depth = EnvironmentPassDescriptor {
@@ -516,14 +552,14 @@ fn the_pass_draws_the_twin_s_pictures() {
             normals: Normals::Unsigned,
             ..descriptor(Reflection::Glossy)
         };
-        // Depths are worth 2e-5 of a unit there, of which a viewer four units away makes nothing.
-        let worst = scene.worst(&bench, from_depth);
+        // A depth step is 2e-5 of a unit here, negligible for a viewer four units away.
+        let worst = scene.max_difference(&harness, from_depth);
         assert!(worst <= 2.0 * tolerance, "{worst}");
     }
 }
 
 #[test]
-fn what_does_not_fit_the_pass_is_refused() {
+fn unsuitable_descriptors_and_frames_are_rejected() {
     let Some(gpu) = gpu() else { return };
     let Gpu { device, queue, .. } = &gpu;
     for (target, blend) in [
@@ -554,7 +590,7 @@ fn what_does_not_fit_the_pass_is_refused() {
         normals: &view,
         positions: None,
     };
-    // A diffuse surface asks for none of it.
+    // Diffuse reflection needs neither positions nor a camera.
     let mut diffuse = EnvironmentPass::new(device, descriptor(Reflection::Lambertian)).unwrap();
     diffuse.prepare(device, queue, &frame).unwrap();
     let from_depth = EnvironmentPassDescriptor {

@@ -5,8 +5,8 @@ use aogrid_runtime::{AogridOccluder, GridTexture, Instance, LinearTexture, table
 use crate::gpu::{Gpu, gpu};
 use crate::grids::{ball, faded_ball, spec};
 
-/// What the library's functions are called by, one input a thread: position and normal, or the
-/// arguments of the function in x and y. `scale` picks the output apart.
+/// The kernel that calls the library's functions, one input per thread: position and normal, or the
+/// arguments of the function in x and y.
 const KERNEL: &str = "
 struct Input { position: vec4f, normal: vec4f }
 @group(0) @binding(0) var<uniform> occluder: AogridOccluder;
@@ -26,15 +26,17 @@ fn evaluate(@builtin(global_invocation_id) id: vec3u) {
 }
 ";
 
-struct Bench<'a> {
+/// A device and an occluder, to evaluate single functions of the library with.
+struct Harness<'a> {
     gpu: &'a Gpu,
     grid: Grid,
     occluder: AogridOccluder,
 }
 
+/// The position and the normal of a receiver, or the arguments of a function.
 type Input = [[f32; 4]; 2];
 
-impl<'a> Bench<'a> {
+impl<'a> Harness<'a> {
     fn new(gpu: &'a Gpu, grid: Grid, instance: &Instance) -> Self {
         let occluder = AogridOccluder::new(grid.spec(), grid.format(), instance).unwrap();
         Self {
@@ -44,7 +46,7 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// The values of `fn value(p: vec3f, n: vec3f) -> vec4f` with the given body.
+    /// Returns the values of `fn value(p: vec3f, n: vec3f) -> vec4f` with the given body.
     fn run(&self, body: &str, inputs: &[Input]) -> Vec<[f32; 4]> {
         let Gpu { device, queue, .. } = self.gpu;
         let function = format!("fn value(p: vec3f, n: vec3f) -> vec4f {{ {body} }}");
@@ -79,7 +81,7 @@ impl<'a> Bench<'a> {
             (6, "", outputs.as_entire_binding()),
             (7, "overlaps", view(&overlaps)),
         ];
-        // The pipeline's own layout has the bindings that the body uses.
+        // The pipeline's automatic layout has only the bindings that the body uses.
         let used = all.into_iter().filter(|(_, name, _)| body.contains(name));
         let entries: Vec<_> = used
             .map(|(binding, _, resource)| wgpu::BindGroupEntry { binding, resource })
@@ -99,8 +101,8 @@ impl<'a> Bench<'a> {
         bytemuck::pod_collect_to_vec(&self.gpu.read_buffer(&outputs))
     }
 
-    /// The largest difference of each component from the twin's.
-    fn worst(
+    /// Returns the largest difference of each component from the CPU twin.
+    fn max_difference(
         &self,
         body: &str,
         inputs: &[Input],
@@ -123,22 +125,22 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// A turned, enlarged and mirrored instance.
-fn turned() -> Instance {
-    let turn = glam::Mat4::from_scale_rotation_translation(
+/// Returns a rotated, enlarged and mirrored instance.
+fn transformed() -> Instance {
+    let world_from_object = glam::Mat4::from_scale_rotation_translation(
         glam::Vec3::new(-1.5, 1.5, 1.5),
         glam::Quat::from_euler(glam::EulerRot::XYZ, 0.4, -1.1, 2.0),
         glam::Vec3::new(3.0, -2.0, 1.0),
     );
     Instance {
         strength: 0.8,
-        ..Instance::at(turn.to_cols_array_2d())
+        ..Instance::at(world_from_object.to_cols_array_2d())
     }
 }
 
-/// Points in the box of the turned instance and around it, with normals all over the sphere.
+/// Returns points inside and around the box of that instance, with normals all over the sphere.
 fn dense() -> Vec<Input> {
-    let world = glam::Mat4::from_cols_array_2d(&turned().world_from_object);
+    let world = glam::Mat4::from_cols_array_2d(&transformed().world_from_object);
     let n = 33_u32;
     let points = (0..n * n * n).map(|i| [i % n, i / n % n, i / (n * n)]);
     let spec = spec();
@@ -146,7 +148,7 @@ fn dense() -> Vec<Input> {
         .enumerate()
         .map(|(idx, ijk)| {
             let p = glam::Vec3::from_array(std::array::from_fn(|x| {
-                // From 15 % of the box outside one face to as much outside the other.
+                // From 15 % of the box outside one face to as much outside the opposite one.
                 let t = 2.6 * ijk[x] as f32 / (n - 1) as f32 - 1.3;
                 spec.center()[x] + t * spec.half_extents()[x]
             }));
@@ -157,7 +159,7 @@ fn dense() -> Vec<Input> {
         .collect()
 }
 
-/// Directions whose height and azimuth are incommensurable.
+/// Returns a direction on a spiral whose steps in height and azimuth are incommensurable.
 fn spiral(idx: usize) -> [f32; 3] {
     let z = 1.0 - 2.0 * (idx as f32 * 0.754_877_7).fract();
     let (sin, cos) = (idx as f32 * 2.399_963_2).sin_cos();
@@ -165,7 +167,7 @@ fn spiral(idx: usize) -> [f32; 3] {
     [r * cos, r * sin, z]
 }
 
-/// All of a and cos β, corners included.
+/// Returns arguments a and cos β over their whole ranges, corners included.
 fn arguments() -> Vec<Input> {
     let n = 201;
     (0..n * n)
@@ -176,55 +178,58 @@ fn arguments() -> Vec<Input> {
         .collect()
 }
 
-/// A handful of roundings of numbers up to 2, in another order or fused.
+/// The error of a few roundings of numbers up to 2, in another order or fused.
 const ROUNDING: f32 = 2e-6;
 
-/// The steepest T_clip: AO = 4a(1 − a) for a cone around the normal, by a.
-const BY_FRACTION: f32 = 4.0;
+/// The largest slope of T_clip along a: AO = 4a(1 − a) for a cone around the normal.
+const SLOPE_BY_FRACTION: f32 = 4.0;
 
-/// The same by cos β: a half-space's AO is (1 + cos β)/2 and a small cone's 4a cos β, and none
-/// is steeper than 1.
-const BY_COSINE: f32 = 1.0;
+/// The largest slope of T_clip along cos β: a half-space's AO is (1 + cos β)/2 and a small cone's
+/// 4a cos β, and none is steeper than 1.
+const SLOPE_BY_COSINE: f32 = 1.0;
 
-/// The largest step between neighbouring cells that the sweep meets in any channel: from the
-/// ball's surface outwards, cells of 0.175 (x) take a from 0.5 to 0.16 and turn d by a third.
-const STEP: f32 = 0.35;
+/// The largest step between neighboring cells in any channel of the inputs: from the ball's surface
+/// outwards, cells of 0.175 (x) take a from 0.5 to 0.16 and turn d by a third.
+const MAX_CELL_STEP: f32 = 0.35;
 
-/// Largest steps between neighbouring nodes of T_clip, along a and along cos β.
-const TABLE_STEPS: [f32; 2] = [BY_FRACTION / 63.0, 2.0 * BY_COSINE / 63.0];
+/// The largest steps between neighboring nodes of T_clip, along a and along cos β.
+const MAX_TABLE_STEPS: [f32; 2] = [SLOPE_BY_FRACTION / 63.0, 2.0 * SLOPE_BY_COSINE / 63.0];
 
-impl Bench<'_> {
-    /// The error of one channel of the grid, looked up.
+impl Harness<'_> {
+    /// Returns the error of one channel of a look-up in the grid.
     fn channel_error(&self) -> f32 {
         let eight_bit = self.grid.format() == TexelFormat::Unorm8;
-        // Each of the three blends may be rounded to the texels' 8 bits.
+        // Each of the three interpolations may be rounded to the texels' 8 bits.
         let rounding = if eight_bit { 3.0 * 0.5 / 255.0 } else { 0.0 };
-        3.0 * self.gpu.weight_error(eight_bit) * STEP + rounding + ROUNDING
+        3.0 * self.gpu.weight_error(eight_bit) * MAX_CELL_STEP + rounding + ROUNDING
     }
 
-    /// The error of a look-up in a table whose neighbours differ by no more than `steps`.
+    /// Returns the error of a look-up in a table whose neighboring nodes differ by at most `steps`.
     fn table_error(&self, steps: [f32; 2]) -> f32 {
         self.gpu.weight_error(false) * (steps[0] + steps[1]) + ROUNDING
     }
 
-    /// The error of a transmittance: of a, of cos β (which has the error of an axis that is three
-    /// decoded channels and not much shorter than 1), and of the table.
+    /// Returns the error of a transmittance: of a, of cos β (which has the error of an axis that is
+    /// three decoded channels and not much shorter than 1), and of the table.
     fn cone_error(&self) -> f32 {
         let decoded = match self.grid.format() {
             TexelFormat::Unorm8 => 255.0 / 127.0,
             _ => 1.0,
         };
         let of_axis = self.channel_error() * decoded * 3.0_f32.sqrt();
-        BY_FRACTION * self.channel_error() + BY_COSINE * of_axis + self.table_error(TABLE_STEPS)
+        SLOPE_BY_FRACTION * self.channel_error()
+            + SLOPE_BY_COSINE * of_axis
+            + self.table_error(MAX_TABLE_STEPS)
     }
 }
 
-/// Outside the ball: inside it axes flip from cell to cell and mean nothing.
+/// Returns the inputs outside the ball. Inside it axes flip from cell to cell and are meaningless.
 fn outside() -> Vec<Input> {
-    let occluder = glam::Mat4::from_cols_array_2d(&turned().world_from_object).inverse();
+    let object_from_world =
+        glam::Mat4::from_cols_array_2d(&transformed().world_from_object).inverse();
     let mut inputs = dense();
     inputs.retain(|[p, _]| {
-        let p = occluder.transform_point3(glam::Vec3::new(p[0], p[1], p[2]));
+        let p = object_from_world.transform_point3(glam::Vec3::new(p[0], p[1], p[2]));
         p.length() > crate::grids::RADIUS
     });
     assert!(inputs.len() > 30_000);
@@ -232,67 +237,67 @@ fn outside() -> Vec<Input> {
 }
 
 #[test]
-fn cones_are_looked_up_and_clipped_as_by_the_twin() {
+fn looked_up_and_clipped_cones_match_the_cpu_twin() {
     let Some(gpu) = gpu() else { return };
     let table = LinearTexture::transmittance_table();
     for format in TexelFormat::ALL {
-        let bench = Bench::new(&gpu, ball(Encoding::Cone, format), &turned());
-        let grid = LinearTexture::of_grid(&bench.grid);
-        let worst = bench.worst(
+        let harness = Harness::new(&gpu, ball(Encoding::Cone, format), &transformed());
+        let grid = LinearTexture::of_grid(&harness.grid);
+        let worst = harness.max_difference(
             "return vec4f(aogrid_cone(occluder, grid, transmittance, linear_clamp, p, n));",
             &outside(),
-            |p, n| [aogrid_cone(&bench.occluder, &grid, &table, p, n); 4],
+            |p, n| [aogrid_cone(&harness.occluder, &grid, &table, p, n); 4],
         );
-        assert!(worst[0] <= bench.cone_error(), "{format:?}: {worst:?}");
+        assert!(worst[0] <= harness.cone_error(), "{format:?}: {worst:?}");
     }
 }
 
 #[test]
-fn faded_grids_go_on_outside_their_box_as_if_they_were_tested() {
+fn faded_grids_need_no_box_test_outside_their_box() {
     let Some(gpu) = gpu() else { return };
     let table = LinearTexture::transmittance_table();
     for format in TexelFormat::ALL {
-        let bench = Bench::new(&gpu, faded_ball(format), &turned());
-        let grid = LinearTexture::of_grid(&bench.grid);
-        let worst = bench.worst(
+        let harness = Harness::new(&gpu, faded_ball(format), &transformed());
+        let grid = LinearTexture::of_grid(&harness.grid);
+        let worst = harness.max_difference(
             "return vec4f(aogrid_cone_faded(occluder, grid, transmittance, linear_clamp, p, n));",
             &outside(),
-            // The twin with the test, the shader without.
-            |p, n| [aogrid_cone(&bench.occluder, &grid, &table, p, n); 4],
+            // The CPU twin tests the box, the shader does not.
+            |p, n| [aogrid_cone(&harness.occluder, &grid, &table, p, n); 4],
         );
-        assert!(worst[0] <= bench.cone_error(), "{format:?}: {worst:?}");
-        let twin = bench.worst(
+        assert!(worst[0] <= harness.cone_error(), "{format:?}: {worst:?}");
+        let twin = harness.max_difference(
             "return vec4f(aogrid_cone_faded(occluder, grid, transmittance, linear_clamp, p, n));",
             &outside(),
-            |p, n| [aogrid_cone_faded(&bench.occluder, &grid, &table, p, n); 4],
+            |p, n| [aogrid_cone_faded(&harness.occluder, &grid, &table, p, n); 4],
         );
-        assert!(twin[0] <= bench.cone_error(), "{format:?}: {twin:?}");
+        assert!(twin[0] <= harness.cone_error(), "{format:?}: {twin:?}");
     }
 }
 
 #[test]
-fn occlusion_alone_is_the_twin_s_on_others_and_on_itself() {
+fn scalar_occlusion_matches_the_cpu_twin_on_others_and_on_itself() {
     let Some(gpu) = gpu() else { return };
     for format in TexelFormat::ALL {
         for (encoding, function) in [
             (Encoding::Occlusion, "aogrid_occlusion"),
             (Encoding::Cone, "aogrid_occlusion_of_cone"),
         ] {
-            let bench = Bench::new(&gpu, ball(encoding, format), &turned());
-            let grid = LinearTexture::of_grid(&bench.grid);
+            let harness = Harness::new(&gpu, ball(encoding, format), &transformed());
+            let grid = LinearTexture::of_grid(&harness.grid);
             let call =
                 |on_itself| format!("{function}(occluder, grid, linear_clamp, p, {on_itself})");
             let body = format!("return vec4f({}, {}, 0, 0);", call(false), call(true));
-            let worst = bench.worst(&body, &dense(), |p, _| {
+            let worst = harness.max_difference(&body, &dense(), |p, _| {
                 let twin = match encoding {
                     Encoding::Occlusion => aogrid_occlusion,
                     Encoding::Cone => aogrid_occlusion_of_cone,
                 };
-                let t = |on_itself| twin(&bench.occluder, &grid, p, on_itself);
+                let t = |on_itself| twin(&harness.occluder, &grid, p, on_itself);
                 [t(false), t(true), 0.0, 0.0]
             });
             // AO = 2a.
-            let tolerance = 2.0 * bench.channel_error();
+            let tolerance = 2.0 * harness.channel_error();
             assert!(
                 worst.iter().all(|w| *w <= tolerance),
                 "{format:?}: {worst:?}"
@@ -302,38 +307,38 @@ fn occlusion_alone_is_the_twin_s_on_others_and_on_itself() {
 }
 
 #[test]
-fn clipping_is_the_twin_s_by_table_and_in_closed_form() {
+fn clipping_matches_the_cpu_twin_by_table_and_in_closed_form() {
     let Some(gpu) = gpu() else { return };
-    let bench = Bench::new(&gpu, ball(Encoding::Cone, TexelFormat::F16), &turned());
-    let (table, whole) = (
+    let harness = Harness::new(&gpu, ball(Encoding::Cone, TexelFormat::F16), &transformed());
+    let (table, clip_table) = (
         LinearTexture::transmittance_table(),
         LinearTexture::clip_table(),
     );
-    let by_table = bench.worst(
+    let by_table = harness.max_difference(
         "return vec4f(aogrid_clip_transmittance(transmittance, linear_clamp, p.x, p.y));",
         &arguments(),
         |p, _| [aogrid_clip_transmittance(&table, p[0], p[1]); 4],
     );
     assert!(
-        by_table[0] <= bench.table_error(TABLE_STEPS),
+        by_table[0] <= harness.table_error(MAX_TABLE_STEPS),
         "{by_table:?}"
     );
 
-    let all = bench.worst(
+    let all = harness.max_difference(
         "return vec4f(aogrid_clip(clip, linear_clamp, p.x, p.y), 0);",
         &arguments(),
         |p, _| {
-            let [occlusion, fraction, weight] = aogrid_clip(&whole, p[0], p[1]);
+            let [occlusion, fraction, weight] = aogrid_clip(&clip_table, p[0], p[1]);
             [occlusion, fraction, weight, 0.0]
         },
     );
-    // a' follows a at most one to one, f may jump from one node to the next.
-    let steps = [TABLE_STEPS, [1.0 / 63.0; 2], [1.0; 2]];
+    // a' changes at most as much as a; f may jump from one node to the next.
+    let steps = [MAX_TABLE_STEPS, [1.0 / 63.0; 2], [1.0; 2]];
     for c in 0..3 {
-        assert!(all[c] <= bench.table_error(steps[c]), "{all:?}");
+        assert!(all[c] <= harness.table_error(steps[c]), "{all:?}");
     }
 
-    let closed = bench.worst(
+    let closed = harness.max_difference(
         "return vec4f(aogrid_clip_transmittance_closed_form(p.x, p.y), 0, 0, 0);",
         &arguments(),
         |p, _| {
@@ -345,29 +350,29 @@ fn clipping_is_the_twin_s_by_table_and_in_closed_form() {
             ]
         },
     );
-    // WGSL asks atan2 for 4096 units in the last place of an angle up to π.
+    // WGSL allows atan2 an error of 4096 units in the last place of an angle up to π.
     let arc_tangents = 2.0 * 4096.0 * 2.0_f32.powi(-22) / std::f32::consts::PI;
     assert!(closed[0] <= arc_tangents, "{closed:?}");
 }
 
 #[test]
-fn axes_and_what_is_left_of_them_are_the_twin_s() {
+fn clipped_axes_match_the_cpu_twin() {
     let Some(gpu) = gpu() else { return };
-    let whole = LinearTexture::clip_table();
+    let clip_table = LinearTexture::clip_table();
     for format in TexelFormat::ALL {
-        let bench = Bench::new(&gpu, ball(Encoding::Cone, format), &turned());
-        let grid = LinearTexture::of_grid(&bench.grid);
-        let worst = bench.worst(
+        let harness = Harness::new(&gpu, ball(Encoding::Cone, format), &transformed());
+        let grid = LinearTexture::of_grid(&harness.grid);
+        let worst = harness.max_difference(
             "let p_grid = aogrid_grid_position(occluder, p);
              return aogrid_cone_with_axis_at(occluder, grid, clip, linear_clamp, p_grid, n);",
             &outside(),
             |p, n| {
-                let p_grid = aogrid_grid_position(&bench.occluder, p);
-                aogrid_cone_with_axis_at(&bench.occluder, &grid, &whole, p_grid, n)
+                let p_grid = aogrid_grid_position(&harness.occluder, p);
+                aogrid_cone_with_axis_at(&harness.occluder, &grid, &clip_table, p_grid, n)
             },
         );
-        // (AO/2) d' changes with a and cos β no faster than AO does, but next to f's jump.
-        let tolerance = bench.cone_error();
+        // (AO/2) d' changes with a and cos β no faster than AO does, except next to f's jump.
+        let tolerance = harness.cone_error();
         assert!(
             worst.iter().all(|w| *w <= tolerance),
             "{format:?}: {worst:?}"
@@ -375,22 +380,22 @@ fn axes_and_what_is_left_of_them_are_the_twin_s() {
     }
 }
 
-/// The steepest union by the angle between two caps: the lens loses what a rim sweeps, 2 sin α of
-/// 4π a radian, and AO is twice that.
-const BY_ANGLE: f32 = 1.0 / std::f32::consts::PI;
+/// The largest slope of the union by the angle between two caps: per radian the lens loses what a
+/// rim sweeps, 2 sin α of 4π, and AO is twice that.
+const SLOPE_BY_ANGLE: f32 = 1.0 / std::f32::consts::PI;
 
-/// An angle from its cosine: next to 0 and π, where a rounding ε is an angle √(2ε), for a handful of
-/// them. (WGSL grants an arc cosine 7e-5.)
+/// Returns the error of an angle that is computed from its cosine near 0 and π, where a rounding ε
+/// is an angle √(2ε), for a few roundings. (WGSL allows an arc cosine 7e-5.)
 fn angle_rounding() -> f32 {
     (2.0 * ROUNDING).sqrt()
 }
 
 #[test]
-fn cones_merge_as_by_the_twin_and_never_become_nan() {
+fn merged_cones_match_the_cpu_twin_and_are_never_nan() {
     let Some(gpu) = gpu() else { return };
     let overlaps = LinearTexture::intersection_table();
-    let bench = Bench::new(&gpu, ball(Encoding::Cone, TexelFormat::F16), &turned());
-    // AO of both and the angle between; every ninth without an axis at all.
+    let harness = Harness::new(&gpu, ball(Encoding::Cone, TexelFormat::F16), &transformed());
+    // AO of both cones and the angle between them; every ninth input has no axis at all.
     let n = 17;
     let inputs: Vec<Input> = (0..n * n * n)
         .map(|i| {
@@ -409,7 +414,7 @@ fn cones_merge_as_by_the_twin_and_never_become_nan() {
             [n[0] * p[1], n[1] * p[1], 0.0, 1.0 - p[1]],
         )
     };
-    let worst = bench.worst(
+    let worst = harness.max_difference(
         "let before = vec4f(0.0, p.x, 0.0, 1.0 - 2.0 * p.x);
          let one = vec4f(n.xy * p.y, 0.0, 1.0 - p.y);
          return aogrid_merge(before, one, overlaps, linear_clamp);",
@@ -419,16 +424,15 @@ fn cones_merge_as_by_the_twin_and_never_become_nan() {
             aogrid_merge(before, one, &overlaps)
         },
     );
-    // Neighbouring nodes differ by 1/47 of the fraction, by π/31 of the angle.
-    let steps = 2.0 * (2.0 / 47.0 + BY_ANGLE * std::f32::consts::PI / 31.0);
-    let tolerance = gpu.weight_error(false) * steps + BY_ANGLE * angle_rounding() + ROUNDING;
+    // Neighboring nodes differ by 1/47 of the fraction, by π/31 of the angle.
+    let steps = 2.0 * (2.0 / 47.0 + SLOPE_BY_ANGLE * std::f32::consts::PI / 31.0);
+    let tolerance = gpu.weight_error(false) * steps + SLOPE_BY_ANGLE * angle_rounding() + ROUNDING;
     assert!(worst.iter().all(|w| *w <= tolerance), "{worst:?}");
 
     let mut compared = 0;
     for [p, n] in inputs {
         let (before, one) = cones([p[0], p[1], 0.0], [n[0], n[1], 0.0]);
         let [_, _, _, t] = aogrid_merge(before, one, &overlaps);
-        // What the table promises of the union, which is twice that for AO.
         let gamma = match n[0] * n[0] + n[1] * n[1] > 0.0 {
             true => n[0].atan2(n[1]).abs(),
             false => std::f32::consts::FRAC_PI_2,
@@ -437,6 +441,7 @@ fn cones_merge_as_by_the_twin_and_never_become_nan() {
             let union = aogrid_tables::merge::closed_form(p[0], 0.5 * p[1], gamma);
             let exact = (1.0 - 2.0 * union).max(0.0);
             assert!(
+                // The table's error bound is one of the union, and AO has twice that.
                 (t - exact).abs() <= 2.0 * 6.4e-3,
                 "{p:?} {gamma} {t} {exact}"
             );
@@ -447,10 +452,10 @@ fn cones_merge_as_by_the_twin_and_never_become_nan() {
 }
 
 #[test]
-fn a_cone_merged_with_nothing_stays_what_it_is() {
+fn merging_with_an_unoccluded_cone_changes_nothing() {
     let Some(gpu) = gpu() else { return };
     let overlaps = LinearTexture::intersection_table();
-    let bench = Bench::new(&gpu, ball(Encoding::Cone, TexelFormat::F16), &turned());
+    let harness = Harness::new(&gpu, ball(Encoding::Cone, TexelFormat::F16), &transformed());
     for body in [
         "return aogrid_merge(vec4f(0.0, 0.0, 0.0, 1.0), vec4f(p, n.x), overlaps, linear_clamp);",
         "return aogrid_merge(vec4f(p, n.x), vec4f(0.0, 0.0, 0.0, 1.0), overlaps, linear_clamp);",
@@ -462,8 +467,8 @@ fn a_cone_merged_with_nothing_stays_what_it_is() {
                 [[x, y, z, 0.0], [1.0 - ao, 0.0, 0.0, 0.0]]
             })
             .collect();
-        let worst = bench.worst(body, &inputs, |p, n| [p[0], p[1], p[2], n[0]]);
-        // 1 + (t - 1) rounds at 1; a filter's weight may give a 256th of the first step.
+        let worst = harness.max_difference(body, &inputs, |p, n| [p[0], p[1], p[2], n[0]]);
+        // 1 + (t - 1) rounds at 1; a filter's weight may add a 256th of the first step.
         let tolerance = ROUNDING + gpu.weight_error(false) * 2.0 / 47.0;
         assert!(worst.iter().all(|w| *w <= tolerance), "{worst:?}");
     }
@@ -472,9 +477,9 @@ fn a_cone_merged_with_nothing_stays_what_it_is() {
 }
 
 #[test]
-fn positions_come_back_from_depth_as_by_the_twin() {
+fn positions_from_depth_match_the_cpu_twin() {
     let Some(gpu) = gpu() else { return };
-    let bench = Bench::new(&gpu, ball(Encoding::Cone, TexelFormat::F16), &turned());
+    let harness = Harness::new(&gpu, ball(Encoding::Cone, TexelFormat::F16), &transformed());
     let projection = glam::Mat4::from_scale_rotation_translation(
         glam::Vec3::new(0.5, 0.25, 0.125),
         glam::Quat::from_euler(glam::EulerRot::XYZ, 0.1, 0.2, 0.3),
@@ -488,30 +493,30 @@ fn positions_come_back_from_depth_as_by_the_twin() {
         columns.join(", ")
     );
     let inputs: Vec<Input> = dense();
-    let worst = bench.worst(&body, &inputs, |p, _| {
+    let worst = harness.max_difference(&body, &inputs, |p, _| {
         let [x, y, z] = aogrid_world_position(m, [p[0], p[1]], p[2]);
         [x, y, z, 1.0]
     });
-    // Four products of numbers up to 8, added up.
+    // The sum of four products of numbers up to 8.
     assert!(worst.iter().all(|w| *w <= 8.0 * ROUNDING), "{worst:?}");
 }
 
 #[test]
-fn layers_and_excluded_ids_are_the_twin_s() {
+fn layers_and_excluded_ids_match_the_cpu_twin() {
     let Some(gpu) = gpu() else { return };
     let instance = Instance {
         layers: 0b0110,
         excluded: [7, 9, u32::MAX, u32::MAX],
-        ..turned()
+        ..transformed()
     };
-    let bench = Bench::new(&gpu, ball(Encoding::Cone, TexelFormat::F16), &instance);
+    let harness = Harness::new(&gpu, ball(Encoding::Cone, TexelFormat::F16), &instance);
     let inputs: Vec<Input> = (0..256)
         .map(|i| [[(i % 16) as f32, (i / 16) as f32, 0.0, 0.0], [0.0; 4]])
         .collect();
     let body = "let shades = aogrid_shades(occluder, u32(p.x), u32(p.y));
                 return vec4f(select(0.0, 1.0, shades), 0, 0, 0);";
-    let worst = bench.worst(body, &inputs, |p, _| {
-        let shades = aogrid_shades(&bench.occluder, p[0] as u32, p[1] as u32);
+    let worst = harness.max_difference(body, &inputs, |p, _| {
+        let shades = aogrid_shades(&harness.occluder, p[0] as u32, p[1] as u32);
         let expected =
             ![7.0, 9.0].contains(&p[0]) && [2, 4, 6].iter().any(|m| p[1] as u32 & 6 == *m);
         assert_eq!(shades, expected);

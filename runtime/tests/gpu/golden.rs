@@ -7,14 +7,14 @@ use crate::gpu::gpu;
 use crate::raster::{Scene, descriptor, faded};
 use crate::scene::{SIZE, orthographic, perspective};
 
-/// Levels of 255: half a one from rounding to bytes on either side, and none of it from
-/// transmittances, which agree to 1e-5 wherever they are computed.
-const LEVELS: u8 = 1;
+/// The largest allowed difference, in levels of 255. Rounding to bytes gives half a level on either
+/// side; transmittances add none, since they agree to 1e-5 wherever they are computed.
+const MAX_LEVEL_DIFFERENCE: u8 = 1;
 
-/// A picture that takes more than this is too large for the repository.
-const MOST_BYTES: u64 = 8 << 10;
+/// The largest size of a golden image file, in bytes: larger ones do not belong in the repository.
+const MAX_BYTES: u64 = 8 << 10;
 
-fn golden(name: &str) -> PathBuf {
+fn golden_path(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gpu/golden");
     folder.join(format!("{name}.png"))
 }
@@ -24,31 +24,32 @@ fn picture(transmittances: &[f32]) -> GrayImage {
     GrayImage::from_raw(SIZE[0], SIZE[1], bytes.collect()).unwrap()
 }
 
-/// Compares with the kept picture; what was found goes to a temporary file, for a look at it.
+/// Compares an image with its golden image; if they differ, saves the new one in a temporary file
+/// for inspection.
 fn compare(name: &str, found: &[f32]) {
     let found = picture(found);
-    let path = golden(name);
-    let kept = image::open(&path).map(|kept| kept.into_luma8());
-    let same = kept.as_ref().is_ok_and(|kept| {
-        let pairs = kept.iter().zip(found.iter());
-        kept.dimensions() == found.dimensions()
-            && pairs.fold(0, |w, (a, b)| a.abs_diff(*b).max(w)) <= LEVELS
+    let path = golden_path(name);
+    let golden = image::open(&path).map(|golden| golden.into_luma8());
+    let same = golden.as_ref().is_ok_and(|golden| {
+        let pairs = golden.iter().zip(found.iter());
+        golden.dimensions() == found.dimensions()
+            && pairs.fold(0, |w, (a, b)| a.abs_diff(*b).max(w)) <= MAX_LEVEL_DIFFERENCE
     });
     if !same {
         let aside = std::env::temp_dir().join(format!("aogrid-{name}.png"));
         found.save(&aside).unwrap();
         panic!(
-            "{} is not what was drawn: look at {}, and copy it there if it is right",
+            "{} differs from the rendered image {}; look at that, and copy it there if it is right",
             path.display(),
             aside.display()
         );
     }
     let bytes = std::fs::metadata(&path).unwrap().len();
-    assert!(bytes <= MOST_BYTES, "{name}: {bytes} bytes");
+    assert!(bytes <= MAX_BYTES, "{name}: {bytes} bytes");
 }
 
 #[test]
-fn pictures_are_those_that_were_looked_at() {
+fn images_match_the_golden_images() {
     let gpu = gpu();
     for (name, mode, camera) in [
         ("cone", Mode::Cone, perspective()),
@@ -57,7 +58,7 @@ fn pictures_are_those_that_were_looked_at() {
     ] {
         let mut scene = Scene::new(camera, faded());
         scene.instances[0].object_id = 3;
-        compare(name, &scene.twin(mode));
+        compare(name, &scene.twin_image(mode));
         if let Some(gpu) = &gpu {
             let descriptor = OcclusionPassDescriptor {
                 mode,

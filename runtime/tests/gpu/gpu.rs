@@ -3,13 +3,13 @@ use std::sync::Mutex;
 
 use wgpu::util::DeviceExt;
 
-/// Makes a missing adapter a failure.
+/// The environment variable that makes a missing adapter a failure.
 const VARIABLE: &str = "AOGRID_GPU";
 
-/// Software adapters use all cores for one draw: tests take turns.
+/// A lock that makes tests take turns: a software rasterizer uses all cores for one draw.
 static TURN: Mutex<()> = Mutex::new(());
 
-/// Copies a float texture into a depth attachment.
+/// A shader that copies a float texture into a depth attachment.
 const DEPTH_COPY: &str = "
 @group(0) @binding(0) var depths: texture_2d<f32>;
 @vertex fn corner(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
@@ -27,13 +27,13 @@ pub struct Gpu {
     _turn: std::sync::MutexGuard<'static, ()>,
 }
 
-/// A device, or none, with a note, if there is no adapter. What the library does wrong with it is
-/// not captured by anyone, and so a panic.
+/// Returns a device, or `None` with a note if there is no adapter. Nothing captures the library's
+/// validation errors, so they panic.
 pub fn gpu() -> Option<Gpu> {
     gpu_with(wgpu::Features::FLOAT32_FILTERABLE | wgpu::Features::FLOAT32_BLENDABLE)
 }
 
-/// A device with those features that the adapter has.
+/// Returns a device with those of `features` that the adapter supports.
 pub fn gpu_with(features: wgpu::Features) -> Option<Gpu> {
     let turn = TURN.lock().unwrap_or_else(|poison| poison.into_inner());
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
@@ -67,9 +67,10 @@ fn skip(why: &str) -> Option<Gpu> {
 }
 
 impl Gpu {
-    /// The largest error of a filter's weight along one axis. Texture units weigh texels with 8
-    /// bits or more (`subTexelPrecisionBits` is 8 on all that matter), rounded or cut off; Mesa's
-    /// software rasteriser does so for 8-bit texels, and filters floats in single floats.
+    /// Returns the largest error of a filter's weight along one axis. Texture units weight texels
+    /// with 8 bits or more (`subTexelPrecisionBits` is 8 on all devices that matter), rounded or
+    /// truncated; Mesa's software rasterizer does so for 8-bit texels, and filters float texels in
+    /// single precision.
     pub fn weight_error(&self, eight_bit_texels: bool) -> f32 {
         match self.adapter == wgpu::DeviceType::Cpu && !eight_bit_texels {
             true => 0.0,
@@ -88,7 +89,7 @@ impl Gpu {
             })
     }
 
-    /// A 2D texture of tightly packed texels.
+    /// Returns a view of a 2D texture with tightly packed `texels`.
     pub fn texture(
         &self,
         [width, height]: [u32; 2],
@@ -134,7 +135,7 @@ impl Gpu {
         })
     }
 
-    /// A target that compute shaders write.
+    /// Returns a target that compute shaders write.
     pub fn storage_target(
         &self,
         [width, height]: [u32; 2],
@@ -177,7 +178,7 @@ impl Gpu {
         })
     }
 
-    /// Draws depths into a depth texture, as copies may not write one.
+    /// Draws depths into a depth texture, which copies may not write.
     pub fn fill_depth(&self, target: &wgpu::Texture, depths: &[f32], size: [u32; 2]) {
         let module = self
             .device
@@ -214,6 +215,7 @@ impl Gpu {
                 multiview_mask: None,
                 cache: None,
             });
+        // The shader reads the depths as a float texture and writes them as fragment depths.
         let source = self.texture(
             size,
             wgpu::TextureFormat::R32Float,
@@ -247,14 +249,17 @@ impl Gpu {
         self.queue.submit([encoder.finish()]);
     }
 
-    /// The texels of a texture, tightly packed.
+    /// Returns the texels of a texture, tightly packed.
     pub fn read_texture(&self, texture: &wgpu::Texture) -> Vec<u8> {
-        let texel = texture.format().block_copy_size(None).expect("a colour");
-        let used = texture.width() * texel;
-        let row = used.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let texel = texture
+            .format()
+            .block_copy_size(None)
+            .expect("a color format");
+        let row_bytes = texture.width() * texel;
+        let padded_bytes = row_bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("test"),
-            size: u64::from(row * texture.height()),
+            size: u64::from(padded_bytes * texture.height()),
             usage: wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
@@ -265,16 +270,17 @@ impl Gpu {
                 buffer: &buffer,
                 layout: wgpu::TexelCopyBufferLayout {
                     offset: 0,
-                    bytes_per_row: Some(row),
+                    bytes_per_row: Some(padded_bytes),
                     rows_per_image: None,
                 },
             },
             texture.size(),
         );
         self.queue.submit([encoder.finish()]);
+        // Drop the padding at the end of each row.
         let rows = self.read_buffer(&buffer);
-        let rows = rows.chunks_exact(row as usize);
-        rows.flat_map(|row| &row[..used as usize])
+        let rows = rows.chunks_exact(padded_bytes as usize);
+        rows.flat_map(|row| &row[..row_bytes as usize])
             .copied()
             .collect()
     }

@@ -3,23 +3,24 @@ use aogrid_grid_format::{
     TexelFormat,
 };
 
-/// The radius of the ball that [`ball`] hides the sky behind.
+/// The radius of the occluding ball of [`ball`].
 pub const RADIUS: f32 = 0.5;
 
-/// Cells per axis: different ones, so that no axis is taken for another.
+/// Cells per axis, all different so that swapped axes are detected.
 pub const RESOLUTION: [u32; 3] = [16, 20, 24];
 
-/// The box around the ball: off the origin, and of different sizes.
+/// Returns a box around the ball: off-center, with different extents.
 pub fn spec() -> GridSpec {
     GridSpec::new(RESOLUTION, [0.1, -0.2, 0.05], [1.4, 1.6, 1.5]).expect("a box")
 }
 
-/// Another box around the same ball, with other cells.
+/// Returns another box around the same ball, with other cells.
 pub fn other_spec() -> GridSpec {
     GridSpec::new([24, 13, 18], [-0.1, 0.1, 0.0], [1.5, 1.3, 1.4]).expect("a box")
 }
 
-/// The exact cones of a ball around the origin; inside it occlusion goes on growing, to 1.
+/// Returns the exact cones of a ball around the origin. Inside the ball the fraction grows further,
+/// to 1 at its center.
 pub fn ball(encoding: Encoding, format: TexelFormat) -> Grid {
     ball_in(spec(), encoding, format)
 }
@@ -34,7 +35,7 @@ pub fn ball_in(spec: GridSpec, encoding: Encoding, format: TexelFormat) -> Grid 
     })
 }
 
-/// The same, faded so that all outer cells are open (RR-5779, 3.3.2).
+/// Returns the grid of [`ball`], faded so that all outer cells are unoccluded (RR-5779, 3.3.2).
 pub fn faded_ball(format: TexelFormat) -> Grid {
     faded_ball_in(spec(), format)
 }

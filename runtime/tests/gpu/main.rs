@@ -1,29 +1,28 @@
-//! The shaders: valid, and equal to their CPU twin. One binary.
+//! Tests that the shaders are valid and match their CPU twin, in one binary.
 //!
-//! A machine without a Vulkan, Metal or DX12 adapter skips what needs one, and says so;
+//! Tests that need a Vulkan, Metal or DX12 adapter are skipped with a note on machines without one;
 //! `AOGRID_GPU=require` makes that a failure.
 
-/// Light from an environment: its functions and its pass against the twin.
+/// Environment light: its functions and its pass against the CPU twin.
 mod environment;
-/// The WGSL library, function by function, against the twin.
+/// The functions of the WGSL library, one by one, against the CPU twin.
 mod functions;
-/// Pictures that were looked at, kept.
+/// Golden images, checked by eye before they were committed.
 mod golden;
-/// Merging, by raster and in tiles, against the twin.
+/// Merging, by raster and in tiles, against the CPU twin.
 mod merge;
-/// Every shader compiles, and its structs are laid out as Rust's.
+/// Validation of every shader, and of its structs' layout against Rust's.
 mod modules;
-/// The raster pass against the twin on whole images.
+/// The raster pass against the CPU twin on whole images.
 mod raster;
-
-/// The tiled pass against the raster pass and the twin.
+/// The tiled pass against the raster pass and the CPU twin.
 mod tiled;
 
 /// Adapters, buffers and images.
 mod gpu;
 /// Grids with a known answer in every cell.
 mod grids;
-/// Several occluders, shaded in every way.
+/// Scenes of several occluders, shaded by every pass.
 mod many;
-/// G-buffers without a rasteriser.
+/// G-buffers by ray casting, without a rasterizer.
 mod scene;

@@ -9,15 +9,15 @@ use glam::Mat4;
 
 use crate::gpu::Gpu;
 use crate::grids::{faded_ball_in, other_spec, spec};
-use crate::scene::{GBuffer, gbuffer_of, places, surfaces};
+use crate::scene::{GBuffer, gbuffer_of, surfaces, transforms};
 
-/// Occluders with several grids over a G-buffer.
-pub struct Many {
+/// A scene of occluders with several grids, over a G-buffer.
+pub struct ManyOccluders {
     pub size: [u32; 2],
     pub camera: Mat4,
     pub buffer: GBuffer,
     pub grids: Vec<Grid>,
-    /// A grid's place, and where it stands.
+    /// The index of each occluder's grid, and its instance.
     pub occluders: Vec<(usize, Instance)>,
 }
 
@@ -55,8 +55,8 @@ pub fn tiled_descriptor() -> TiledPassDescriptor {
     }
 }
 
-impl Many {
-    /// Three balls with two grids.
+impl ManyOccluders {
+    /// Returns three balls with two grids.
     pub fn new(size: [u32; 2], camera: Mat4) -> Self {
         let format = TexelFormat::F16;
         Self {
@@ -67,8 +67,8 @@ impl Many {
                 .map(|spec| faded_ball_in(spec, format))
                 .to_vec(),
             occluders: (0..)
-                .zip(places())
-                .map(|(i, place)| (i % 2, Instance::at(place.to_cols_array_2d())))
+                .zip(transforms())
+                .map(|(i, transform)| (i % 2, Instance::at(transform.to_cols_array_2d())))
                 .collect(),
         }
     }
@@ -85,7 +85,7 @@ impl Many {
         }
     }
 
-    /// What the raster pass leaves: bytes of the descriptor's format.
+    /// Returns the result of the raster pass: bytes of the descriptor's format.
     pub fn merge(&self, gpu: &Gpu, descriptor: &MergePassDescriptor) -> Vec<u8> {
         let Gpu { device, queue, .. } = gpu;
         let views = self.views(gpu);
@@ -119,13 +119,13 @@ impl Many {
         target.create_view(&Default::default())
     }
 
-    /// What the tiled pass leaves: bytes of the descriptor's target.
+    /// Returns the result of a new tiled pass: bytes of the descriptor's target.
     pub fn tiled(&self, gpu: &Gpu, descriptor: &TiledPassDescriptor) -> Vec<u8> {
         let mut pass = TiledPass::new(&gpu.device, &gpu.queue, descriptor.clone()).unwrap();
         self.dispatch(gpu, descriptor, &mut pass)
     }
 
-    /// The same with a pass that is kept.
+    /// Returns the result of an existing tiled pass.
     pub fn dispatch(
         &self,
         gpu: &Gpu,
@@ -153,30 +153,30 @@ impl Many {
         gpu.read_texture(&target)
     }
 
-    /// The twin's image, every occluder for every pixel.
-    pub fn twin(&self, combine: Combine) -> Vec<[f32; 4]> {
-        let casters = self.casters();
+    /// Returns the CPU twin's image, every occluder for every pixel.
+    pub fn twin_image(&self, combine: Combine) -> Vec<[f32; 4]> {
+        let twin = self.cpu_twin();
         let pixels = 0..self.buffer.positions.len();
         pixels
             .map(|pixel| {
                 let [x, y, z, _] = self.buffer.positions[pixel];
                 let [nx, ny, nz, _] = self.buffer.normals[pixel];
                 let object = self.buffer.receivers[pixel];
-                casters.at([x, y, z], [nx, ny, nz], object, combine)
+                twin.shade([x, y, z], [nx, ny, nz], object, combine)
             })
             .collect()
     }
 
-    /// What the twin looks up.
-    pub fn casters(&self) -> Casters {
+    /// Returns the CPU twin of the passes.
+    pub fn cpu_twin(&self) -> CpuTwin {
         let occluder = |(grid, instance): &(usize, Instance)| {
-            let of = &self.grids[*grid];
+            let baked = &self.grids[*grid];
             (
                 *grid,
-                AogridOccluder::new(of.spec(), of.format(), instance).unwrap(),
+                AogridOccluder::new(baked.spec(), baked.format(), instance).unwrap(),
             )
         };
-        Casters {
+        CpuTwin {
             occluders: self.occluders.iter().map(occluder).collect(),
             textures: self.grids.iter().map(LinearTexture::of_grid).collect(),
             clip: LinearTexture::clip_table(),
@@ -194,15 +194,17 @@ impl Views {
     }
 }
 
-pub struct Casters {
+/// The CPU twin of the passes: occluders, textures and tables.
+pub struct CpuTwin {
     occluders: Vec<(usize, AogridOccluder)>,
     textures: Vec<LinearTexture>,
     clip: LinearTexture,
     overlaps: LinearTexture,
 }
 
-impl Casters {
-    pub fn at(&self, p: [f32; 3], n: [f32; 3], object: [u32; 2], combine: Combine) -> [f32; 4] {
+impl CpuTwin {
+    /// Returns the combined axis and transmittance at a receiver.
+    pub fn shade(&self, p: [f32; 3], n: [f32; 3], object: [u32; 2], combine: Combine) -> [f32; 4] {
         let shading = self.occluders.iter().filter(|(_, o)| {
             aogrid_is_inside(aogrid_grid_position(o, p)) && aogrid_shades(o, object[0], object[1])
         });
@@ -222,12 +224,12 @@ impl Casters {
     }
 }
 
-/// Four floats a pixel.
+/// Returns four floats per pixel.
 pub fn vectors(bytes: &[u8]) -> Vec<[f32; 4]> {
     bytemuck::pod_collect_to_vec(bytes)
 }
 
-/// The same from halves.
+/// Returns four floats per pixel of half floats.
 pub fn halves(bytes: &[u8]) -> Vec<[f32; 4]> {
     let half = |bytes: &[u8]| half::f16::from_le_bytes([bytes[0], bytes[1]]).to_f32();
     let texels = bytes.chunks_exact(8);
@@ -236,8 +238,8 @@ pub fn halves(bytes: &[u8]) -> Vec<[f32; 4]> {
         .collect()
 }
 
-/// The largest difference of any component; and that there is a picture at all.
-pub fn worst(found: &[[f32; 4]], expected: &[[f32; 4]]) -> f32 {
+/// Returns the largest difference of any component. Asserts that enough pixels are in shadow.
+pub fn max_difference(found: &[[f32; 4]], expected: &[[f32; 4]]) -> f32 {
     assert_eq!(found.len(), expected.len());
     let shaded = expected.iter().filter(|v| v[3] < 0.9).count();
     assert!(shaded > 100, "only {shaded} pixels are in shadow");

@@ -6,49 +6,51 @@ use aogrid_runtime::{
 
 use crate::gpu::{Gpu, gpu, gpu_with};
 use crate::grids::ball;
-use crate::many::{Many, halves, merge_descriptor, tiled_descriptor, vectors, worst};
+use crate::many::{
+    ManyOccluders, halves, max_difference, merge_descriptor, tiled_descriptor, vectors,
+};
 use crate::scene::{SIZE, orthographic, perspective, reversed};
 
-/// What one merge may differ by on floats: an angle from its cosine next to 0, √(2ε) for a handful
-/// of roundings ε = 1e-6, times 1/π of AO a radian; what axes turn by next to f's jump is less.
-pub const PER_MERGE: f32 = 5e-4;
+/// The error of one merge on floats: an angle computed from its cosine near 0, √(2ε) for a few
+/// roundings ε = 1e-6, times 1/π of AO per radian. Axes next to f's jump turn by less.
+pub const ERROR_PER_MERGE: f32 = 5e-4;
 
-/// One rounding of each of both buffers to a half: below 1, and of axes below 2.
-const HALF: f32 = 1.0 / 1024.0;
+/// The rounding to half floats, of values below 1 and axes below 2, once in each of two buffers.
+const HALF_ROUNDING: f32 = 1.0 / 1024.0;
 
 #[test]
-fn images_are_the_twin_s_whatever_the_camera_and_the_number_of_occluders() {
+fn images_match_the_cpu_twin_for_every_camera_and_number_of_occluders() {
     let Some(gpu) = gpu() else { return };
     for camera in [perspective(), reversed(), orthographic()] {
         for count in [1, 2, 3] {
-            let mut many = Many::new(SIZE, camera);
+            let mut many = ManyOccluders::new(SIZE, camera);
             many.occluders.truncate(count);
             let found = vectors(&many.merge(&gpu, &merge_descriptor()));
-            let expected = many.twin(Combine::Merge);
-            assert!(worst(&found, &expected) <= count as f32 * PER_MERGE);
+            let expected = many.twin_image(Combine::Merge);
+            assert!(max_difference(&found, &expected) <= count as f32 * ERROR_PER_MERGE);
         }
     }
 }
 
 #[test]
-fn one_occluder_merged_is_its_cone_by_raster_in_tiles_and_by_the_twin() {
+fn merging_one_occluder_gives_its_cone_by_raster_in_tiles_and_on_the_cpu() {
     let Some(gpu) = gpu() else { return };
-    let mut many = Many::new(SIZE, perspective());
+    let mut many = ManyOccluders::new(SIZE, perspective());
     many.occluders.truncate(1);
-    let cone = many.twin(Combine::Multiply);
-    // 1 + (t - 1), and two orders of the same sums.
+    let cone = many.twin_image(Combine::Multiply);
+    // 1 + (t - 1) rounds, and the same sums are in two orders.
     const ROUNDING: f32 = 1e-5;
-    assert!(worst(&many.twin(Combine::Merge), &cone) <= ROUNDING);
+    assert!(max_difference(&many.twin_image(Combine::Merge), &cone) <= ROUNDING);
     let by_raster = vectors(&many.merge(&gpu, &merge_descriptor()));
-    assert!(worst(&by_raster, &cone) <= 20.0 * ROUNDING);
+    assert!(max_difference(&by_raster, &cone) <= 20.0 * ROUNDING);
     let in_tiles = vectors(&many.tiled(&gpu, &tiled_descriptor()));
-    assert!(worst(&in_tiles, &cone) <= 20.0 * ROUNDING);
+    assert!(max_difference(&in_tiles, &cone) <= 20.0 * ROUNDING);
 }
 
 #[test]
-fn no_occluders_hide_nothing() {
+fn without_occluders_every_pixel_is_unoccluded() {
     let Some(gpu) = gpu() else { return };
-    let mut many = Many::new(SIZE, perspective());
+    let mut many = ManyOccluders::new(SIZE, perspective());
     many.occluders.clear();
     let open = vec![[0.0, 0.0, 0.0, 1.0]; many.buffer.positions.len()];
     assert_eq!(vectors(&many.merge(&gpu, &merge_descriptor())), open);
@@ -58,15 +60,15 @@ fn no_occluders_hide_nothing() {
 #[test]
 fn overlapping_shadows_merge_lighter_than_they_multiply() {
     let Some(gpu) = gpu() else { return };
-    let mut many = Many::new(SIZE, perspective());
+    let mut many = ManyOccluders::new(SIZE, perspective());
     many.occluders = vec![many.occluders[0]; 3];
     let merged = vectors(&many.merge(&gpu, &merge_descriptor()));
-    let multiplied = many.twin(Combine::Multiply);
-    let one = Many {
+    let multiplied = many.twin_image(Combine::Multiply);
+    let one = ManyOccluders {
         occluders: vec![many.occluders[0]],
-        ..Many::new(SIZE, perspective())
+        ..ManyOccluders::new(SIZE, perspective())
     };
-    let one = one.twin(Combine::Merge);
+    let one = one.twin_image(Combine::Merge);
     let mut differences = [0.0_f32; 2];
     for pixel in 0..merged.len() {
         let to_one = (merged[pixel][3] - one[pixel][3]).abs();
@@ -74,7 +76,8 @@ fn overlapping_shadows_merge_lighter_than_they_multiply() {
         differences[1] = differences[1].max((multiplied[pixel][3] - one[pixel][3]).abs());
     }
     println!("{differences:?}");
-    // Thrice the same cone is that cone but for the table's error on its crease, twice over.
+    // Merging the same cone three times gives that cone, except for the table's error on its
+    // crease, twice over.
     assert!(differences[0] <= 2.0 * 2.0 * 5.5e-3, "{differences:?}");
     assert!(differences[1] > 0.3);
 }
@@ -82,29 +85,29 @@ fn overlapping_shadows_merge_lighter_than_they_multiply() {
 #[test]
 fn occluders_merge_in_the_order_of_the_caller() {
     let Some(gpu) = gpu() else { return };
-    let mut many = Many::new(SIZE, perspective());
+    let mut many = ManyOccluders::new(SIZE, perspective());
     // Close together, so that all three overlap on the floor.
     for ((_, instance), x) in many.occluders.iter_mut().zip([-0.4, 0.0, 0.5]) {
-        let place = glam::Mat4::from_translation(glam::Vec3::new(x, 0.1 * x, -x));
-        *instance = Instance::at(place.to_cols_array_2d());
+        let world_from_object = glam::Mat4::from_translation(glam::Vec3::new(x, 0.1 * x, -x));
+        *instance = Instance::at(world_from_object.to_cols_array_2d());
     }
-    let forwards = many.twin(Combine::Merge);
+    let forwards = many.twin_image(Combine::Merge);
     let found = vectors(&many.merge(&gpu, &merge_descriptor()));
-    assert!(worst(&found, &forwards) <= 3.0 * PER_MERGE);
+    assert!(max_difference(&found, &forwards) <= 3.0 * ERROR_PER_MERGE);
     many.occluders.reverse();
-    let backwards = many.twin(Combine::Merge);
-    assert!(worst(&backwards, &forwards) > 10.0 * PER_MERGE);
+    let backwards = many.twin_image(Combine::Merge);
+    assert!(max_difference(&backwards, &forwards) > 10.0 * ERROR_PER_MERGE);
     let found = vectors(&many.merge(&gpu, &merge_descriptor()));
-    assert!(worst(&found, &backwards) <= 3.0 * PER_MERGE);
+    assert!(max_difference(&found, &backwards) <= 3.0 * ERROR_PER_MERGE);
     let found = vectors(&many.tiled(&gpu, &tiled_descriptor()));
-    assert!(worst(&found, &backwards) <= 3.0 * PER_MERGE);
+    assert!(max_difference(&found, &backwards) <= 3.0 * ERROR_PER_MERGE);
 }
 
 #[test]
-fn ids_layers_strength_and_exclusion_are_the_twin_s() {
+fn ids_layers_strength_and_exclusion_match_the_cpu_twin() {
     let Some(gpu) = gpu() else { return };
-    let mut many = Many::new(SIZE, perspective());
-    let plain = many.twin(Combine::Merge);
+    let mut many = ManyOccluders::new(SIZE, perspective());
+    let plain = many.twin_image(Combine::Merge);
     many.occluders[1].1.strength = 0.4;
     many.occluders[1].1.layers = 2;
     many.occluders[2].1.excluded[0] = 3;
@@ -114,19 +117,19 @@ fn ids_layers_strength_and_exclusion_are_the_twin_s() {
         ..merge_descriptor()
     };
     let found = vectors(&many.merge(&gpu, &with_ids));
-    assert!(worst(&found, &many.twin(Combine::Merge)) <= 3.0 * PER_MERGE);
-    assert!(worst(&found, &plain) > 0.1);
+    assert!(max_difference(&found, &many.twin_image(Combine::Merge)) <= 3.0 * ERROR_PER_MERGE);
+    assert!(max_difference(&found, &plain) > 0.1);
 }
 
 #[test]
-fn a_depth_test_leaves_the_image_as_it_is_and_depths_serve_as_positions() {
+fn a_depth_test_does_not_change_the_image_and_depths_serve_as_positions() {
     let wanted = wgpu::Features::FLOAT32_FILTERABLE | wgpu::Features::DEPTH_CLIP_CONTROL;
     let Some(gpu) = gpu_with(wanted) else { return };
     for (camera, compare) in [
         (perspective(), wgpu::CompareFunction::GreaterEqual),
         (reversed(), wgpu::CompareFunction::LessEqual),
     ] {
-        let many = Many::new(SIZE, camera);
+        let many = ManyOccluders::new(SIZE, camera);
         let without = many.merge(&gpu, &merge_descriptor());
         let with = MergePassDescriptor {
             depth: Some(DepthTest {
@@ -141,27 +144,30 @@ fn a_depth_test_leaves_the_image_as_it_is_and_depths_serve_as_positions() {
             ..merge_descriptor()
         };
         let found = vectors(&many.merge(&gpu, &from_depth));
-        // A step of the depth is 2e-5 units here, of which a look-up makes 14 times as much; the
-        // angle between the cones turns by a little of that.
-        let tolerance = 3.0 * (PER_MERGE + 14.0 * 2e-5);
-        assert!(worst(&found, &many.twin(Combine::Merge)) <= tolerance);
+        // A depth step is 2e-5 units here, which a look-up multiplies by 14; the angle between the
+        // cones turns by a little of that.
+        let tolerance = 3.0 * (ERROR_PER_MERGE + 14.0 * 2e-5);
+        assert!(max_difference(&found, &many.twin_image(Combine::Merge)) <= tolerance);
     }
 }
 
 #[test]
-fn halves_hold_what_is_merged() {
+fn half_float_targets_hold_merged_occlusion() {
     let Some(gpu) = gpu() else { return };
-    let many = Many::new(SIZE, perspective());
+    let many = ManyOccluders::new(SIZE, perspective());
     let in_halves = MergePassDescriptor {
         format: wgpu::TextureFormat::Rgba16Float,
         ..merge_descriptor()
     };
     let found = halves(&many.merge(&gpu, &in_halves));
-    assert!(worst(&found, &many.twin(Combine::Merge)) <= 3.0 * (HALF + PER_MERGE));
+    assert!(
+        max_difference(&found, &many.twin_image(Combine::Merge))
+            <= 3.0 * (HALF_ROUNDING + ERROR_PER_MERGE)
+    );
 }
 
 #[test]
-fn what_does_not_fit_is_refused() {
+fn unsuitable_descriptors_and_frames_are_rejected() {
     let Some(gpu) = gpu() else { return };
     let Gpu { device, queue, .. } = &gpu;
     let narrow = MergePassDescriptor {
@@ -174,7 +180,7 @@ fn what_does_not_fit_is_refused() {
     let mut pass = MergePass::new(device, queue, merge_descriptor()).unwrap();
     let grid = ball(Encoding::Occlusion, TexelFormat::Unorm8);
     let grid = GridTexture::new(device, queue, &grid, "ball").unwrap();
-    let many = Many::new(SIZE, perspective());
+    let many = ManyOccluders::new(SIZE, perspective());
     let views = many.views(&gpu);
     let occluders = [(&grid, many.occluders[0].1)];
     let frame = Frame {

@@ -1,7 +1,7 @@
 use aogrid_runtime::{AogridAtlasOccluder, AogridEnvironment, AogridOccluder, AogridTiles, wgsl};
 use std::mem::offset_of;
 
-/// Everything that the crate publishes or compiles, and how many entry points each has.
+/// Returns everything that the crate publishes or compiles, with its number of entry points.
 fn modules() -> [(&'static str, String, usize); 10] {
     let tiled = |format| ("tiled pass", wgsl::tiled_pass(format), 2);
     [
@@ -22,7 +22,7 @@ fn modules() -> [(&'static str, String, usize); 10] {
     ]
 }
 
-/// All of the library, one file behind the other.
+/// The whole library, its files one after the other.
 const LIBRARY: &str = concat!(
     include_str!("../../src/constants.wgsl"),
     include_str!("../../src/shading.wgsl"),
@@ -55,7 +55,7 @@ fn every_shader_of_the_crate_is_valid_without_any_extension() {
 }
 
 #[test]
-fn no_shader_file_is_left_out() {
+fn every_shader_file_is_tested() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let modules = modules();
     let mut folders = vec![folder];
@@ -78,7 +78,7 @@ fn no_shader_file_is_left_out() {
 }
 
 #[test]
-fn the_library_can_be_pasted_anywhere() {
+fn the_library_binds_nothing_and_uses_only_prefixed_names() {
     assert_eq!(LIBRARY, [wgsl::SHADING, wgsl::ENVIRONMENT].concat());
     let module = parse("library", LIBRARY);
     assert!(module.global_variables.is_empty(), "it binds something");
@@ -94,7 +94,7 @@ fn the_library_can_be_pasted_anywhere() {
 }
 
 #[test]
-fn every_function_has_a_twin_of_the_same_name() {
+fn every_function_has_a_cpu_twin_of_the_same_name() {
     let module = parse("library", LIBRARY);
     let twin = [
         include_str!("../../src/shading.rs"),
@@ -107,7 +107,7 @@ fn every_function_has_a_twin_of_the_same_name() {
     }
 }
 
-/// That a struct in WGSL has the members of `T`, at the same offsets, and its size.
+/// Asserts that a struct in WGSL has the members of `T` at the same offsets, and its size.
 fn assert_layout<T>(module: &naga::Module, name: &str, expected: &[(&str, usize)]) {
     let mut types = module.types.iter();
     let (_, found) = types
@@ -120,14 +120,14 @@ fn assert_layout<T>(module: &naga::Module, name: &str, expected: &[(&str, usize)
     let found: Vec<_> = members.iter().map(member).collect();
     let expected: Vec<_> = expected
         .iter()
-        .map(|(n, at)| (n.to_string(), *at))
+        .map(|(name, offset)| (name.to_string(), *offset))
         .collect();
     assert_eq!(found, expected, "{name}");
     assert_eq!(*span as usize, size_of::<T>(), "{name}");
 }
 
 #[test]
-fn the_environment_is_laid_out_alike_in_rust_and_wgsl() {
+fn the_environment_has_the_same_layout_in_rust_and_wgsl() {
     let module = parse("library", LIBRARY);
     let expected = [
         ("map_x", offset_of!(AogridEnvironment, map_x)),
@@ -139,7 +139,7 @@ fn the_environment_is_laid_out_alike_in_rust_and_wgsl() {
 }
 
 #[test]
-fn the_occluder_is_laid_out_alike_in_rust_and_wgsl() {
+fn the_occluder_has_the_same_layout_in_rust_and_wgsl() {
     let module = parse("shading", wgsl::SHADING);
     let expected = [
         ("grid_x", offset_of!(AogridOccluder, grid_x)),
@@ -152,13 +152,16 @@ fn the_occluder_is_laid_out_alike_in_rust_and_wgsl() {
         ("object_id", offset_of!(AogridOccluder, object_id)),
         ("layers", offset_of!(AogridOccluder, layers)),
         ("strength", offset_of!(AogridOccluder, strength)),
-        ("weakness", offset_of!(AogridOccluder, weakness)),
+        (
+            "one_minus_strength",
+            offset_of!(AogridOccluder, one_minus_strength),
+        ),
     ];
     assert_layout::<AogridOccluder>(&module, "AogridOccluder", &expected);
 }
 
 #[test]
-fn occluders_in_atlases_and_tiles_are_laid_out_alike_in_rust_and_wgsl() {
+fn occluders_in_atlases_and_tiles_have_the_same_layout_in_rust_and_wgsl() {
     let module = parse("shading", wgsl::SHADING);
     let expected = [
         ("occluder", offset_of!(AogridAtlasOccluder, occluder)),

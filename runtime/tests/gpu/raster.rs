@@ -10,17 +10,19 @@ use glam::{Mat4, Vec3};
 use crate::gpu::{Gpu, gpu, gpu_with};
 use crate::grids::{ball, faded_ball};
 use crate::scene::{
-    GBuffer, SIZE, Shape, Surface, gbuffer, orthographic, perspective, places, reversed, surfaces,
+    GBuffer, SIZE, Shape, Surface, gbuffer, orthographic, perspective, reversed, surfaces,
+    transforms,
 };
 
-/// What one occluder may differ by on a float grid and a 32-bit float target: a handful of
-/// roundings in positions of a few units, which T_clip steepens fourfold.
-const PER_OCCLUDER: f32 = 1e-5;
+/// The error of one occluder with a float grid and a 32-bit float target: a few roundings in
+/// positions of a few units, which T_clip amplifies fourfold.
+const ERROR_PER_OCCLUDER: f32 = 1e-5;
 
-/// One rounding to a half just below 1. Mesa's software rasteriser blends halves by cutting off.
-const HALF: f32 = 1.0 / 2048.0;
+/// One rounding to a half float just below 1. Mesa's software rasterizer truncates when it blends
+/// half floats.
+const HALF_ROUNDING: f32 = 1.0 / 2048.0;
 
-/// What the passes here have in common.
+/// Returns the descriptor that the tests of this module vary.
 pub fn descriptor() -> OcclusionPassDescriptor {
     OcclusionPassDescriptor {
         label: "test".into(),
@@ -36,7 +38,7 @@ pub fn descriptor() -> OcclusionPassDescriptor {
     }
 }
 
-/// A scene as the pass and the twin both see it.
+/// The inputs of both the pass and the CPU twin.
 pub struct Scene {
     camera: Mat4,
     buffer: GBuffer,
@@ -50,13 +52,13 @@ impl Scene {
             camera,
             buffer: gbuffer(camera, &surfaces()),
             grid,
-            instances: places()
-                .map(|place| Instance::at(place.to_cols_array_2d()))
+            instances: transforms()
+                .map(|transform| Instance::at(transform.to_cols_array_2d()))
                 .to_vec(),
         }
     }
 
-    /// The texels that the pass leaves in its target.
+    /// Returns the texels of the target after the pass.
     fn draw(&self, gpu: &Gpu, descriptor: OcclusionPassDescriptor) -> Vec<u8> {
         let Gpu { device, queue, .. } = gpu;
         let target = gpu.target(SIZE, descriptor.target);
@@ -122,7 +124,7 @@ impl Scene {
         bytemuck::pod_collect_to_vec(&self.draw(gpu, descriptor))
     }
 
-    /// The depths in a depth texture: drawn, as no copy may write one.
+    /// Returns the depths in a depth texture. They are drawn, since copies may not write one.
     fn depth(&self, gpu: &Gpu) -> wgpu::TextureView {
         let target = gpu.target_depth(SIZE, wgpu::TextureFormat::Depth32Float);
         let depths: Vec<f32> = self
@@ -135,8 +137,9 @@ impl Scene {
         target.create_view(&Default::default())
     }
 
-    /// The twin's image: position, normal, ids of a pixel and its occluders' transmittances.
-    pub fn twin(&self, mode: Mode) -> Vec<f32> {
+    /// Returns the CPU twin's image: for each pixel's position, normal and ids the product of its
+    /// occluders' transmittances.
+    pub fn twin_image(&self, mode: Mode) -> Vec<f32> {
         let table = LinearTexture::transmittance_table();
         let texture = LinearTexture::of_grid(&self.grid);
         let pixels = 0..self.buffer.positions.len();
@@ -167,8 +170,8 @@ impl Scene {
     }
 }
 
-/// The largest difference; and that there is a picture at all.
-pub fn worst(found: &[f32], expected: &[f32]) -> f32 {
+/// Returns the largest difference. Asserts that enough pixels are in shadow.
+pub fn max_difference(found: &[f32], expected: &[f32]) -> f32 {
     assert_eq!(found.len(), expected.len());
     let shaded = expected.iter().filter(|t| **t < 0.9).count();
     assert!(shaded > 200, "only {shaded} pixels are in shadow");
@@ -186,29 +189,29 @@ pub fn faded() -> Grid {
 }
 
 #[test]
-fn images_are_the_twin_s_in_perspective_and_orthographic() {
+fn images_match_the_cpu_twin_in_perspective_and_orthographic() {
     let Some(gpu) = gpu() else { return };
     for camera in [perspective(), reversed(), orthographic()] {
         let scene = Scene::new(camera, faded());
         let found = scene.transmittances(&gpu, descriptor());
-        assert!(worst(&found, &scene.twin(Mode::Cone)) <= 3.0 * PER_OCCLUDER);
+        assert!(max_difference(&found, &scene.twin_image(Mode::Cone)) <= 3.0 * ERROR_PER_OCCLUDER);
     }
 }
 
 #[test]
-fn grids_that_end_at_once_end_where_the_twin_s_do() {
+fn grids_without_a_fade_end_where_the_cpu_twin_ends_them() {
     let Some(gpu) = gpu() else { return };
     let scene = Scene::new(perspective(), ball(Encoding::Cone, TexelFormat::F32));
     let found = scene.transmittances(&gpu, descriptor());
-    let expected = scene.twin(Mode::Cone);
+    let expected = scene.twin_image(Mode::Cone);
     let pairs = found.iter().zip(&expected);
-    let different = pairs.filter(|(a, b)| (*a - *b).abs() > 3.0 * PER_OCCLUDER);
-    // A receiver may lie within rounding of a box's side: one or two in an image.
+    let different = pairs.filter(|(a, b)| (*a - *b).abs() > 3.0 * ERROR_PER_OCCLUDER);
+    // One or two receivers of an image may lie within rounding of a box's face.
     assert!(different.count() <= 2);
 }
 
 #[test]
-fn positions_from_depth_shade_like_positions() {
+fn positions_from_depth_shade_like_world_positions() {
     let Some(gpu) = gpu() else { return };
     for camera in [perspective(), reversed(), orthographic()] {
         let scene = Scene::new(camera, faded());
@@ -217,16 +220,16 @@ fn positions_from_depth_shade_like_positions() {
             ..descriptor()
         };
         let found = scene.transmittances(&gpu, from_depth);
-        // One step of a depth near 1, 2^-24, is 0.1/(1 - depth)^2... of a unit: at 6 units from
-        // a near plane of 0.1 that is 6 * 6 / 0.1 * 6e-8 = 2e-5, and a changes by 0.34 in a
-        // cell of 0.1 units (the smallest here), times 4 of T_clip.
-        let tolerance = 3.0 * (2e-5 * 4.0 * 3.4 + PER_OCCLUDER);
-        assert!(worst(&found, &scene.twin(Mode::Cone)) <= tolerance);
+        // One step of a depth near 1 is 2^-24 = 6e-8. At a distance of 6 units from a near plane of
+        // 0.1 that is 6 * 6 / 0.1 * 6e-8 = 2e-5 units. There a changes by 0.34 in a cell of 0.1
+        // units (the smallest here), and T_clip multiplies that by 4.
+        let tolerance = 3.0 * (2e-5 * 4.0 * 3.4 + ERROR_PER_OCCLUDER);
+        assert!(max_difference(&found, &scene.twin_image(Mode::Cone)) <= tolerance);
     }
 }
 
 #[test]
-fn a_depth_test_leaves_the_image_as_it_is() {
+fn a_depth_test_does_not_change_the_image() {
     let wanted = wgpu::Features::FLOAT32_BLENDABLE | wgpu::Features::DEPTH_CLIP_CONTROL;
     let Some(gpu) = gpu_with(wanted) else { return };
     let near_far = |far: f32| {
@@ -251,7 +254,7 @@ fn a_depth_test_leaves_the_image_as_it_is() {
         };
         let with = scene.transmittances(&gpu, with);
         assert_eq!(with, without);
-        assert!(worst(&with, &scene.twin(Mode::Cone)) <= 3.0 * PER_OCCLUDER);
+        assert!(max_difference(&with, &scene.twin_image(Mode::Cone)) <= 3.0 * ERROR_PER_OCCLUDER);
     }
 }
 
@@ -260,7 +263,7 @@ fn cameras_inside_a_box_and_in_front_of_an_occluder_see_its_shadow() {
     let Some(gpu) = gpu() else { return };
     let aspect = SIZE[0] as f32 / SIZE[1] as f32;
     let projection = proj::directx::perspective(1.2, aspect, 0.1, 50.0);
-    // In the first box; and with the ball behind: it is at the origin.
+    // Inside the first box; and with the ball, which is at the origin, behind the camera.
     for (eye, at) in [
         (Vec3::new(0.2, 0.7, 0.9), Vec3::new(0.0, -0.6, 0.0)),
         (Vec3::new(0.0, 0.2, -0.62), Vec3::new(0.0, -0.4, -3.0)),
@@ -268,12 +271,12 @@ fn cameras_inside_a_box_and_in_front_of_an_occluder_see_its_shadow() {
         let camera = projection * view::look_at_mat4(eye, at, Vec3::Y);
         let scene = Scene::new(camera, faded());
         let found = scene.transmittances(&gpu, descriptor());
-        assert!(worst(&found, &scene.twin(Mode::Cone)) <= 3.0 * PER_OCCLUDER);
+        assert!(max_difference(&found, &scene.twin_image(Mode::Cone)) <= 3.0 * ERROR_PER_OCCLUDER);
     }
 }
 
 #[test]
-fn ids_layers_strength_and_exclusion_are_the_twin_s() {
+fn ids_layers_strength_and_exclusion_match_the_cpu_twin() {
     let Some(gpu) = gpu() else { return };
     for mode in [Mode::Cone, Mode::Occlusion] {
         let mut scene = Scene::new(perspective(), faded());
@@ -289,12 +292,12 @@ fn ids_layers_strength_and_exclusion_are_the_twin_s() {
         };
         let found = scene.transmittances(&gpu, with_ids);
         assert!(
-            worst(&found, &scene.twin(mode)) <= 3.0 * PER_OCCLUDER,
+            max_difference(&found, &scene.twin_image(mode)) <= 3.0 * ERROR_PER_OCCLUDER,
             "{mode:?}"
         );
-        // They do make a difference.
-        let plain = Scene::new(perspective(), faded()).twin(mode);
-        assert!(worst(&found, &plain) > 0.1);
+        // The ids, layers and strength do change the image.
+        let plain = Scene::new(perspective(), faded()).twin_image(mode);
+        assert!(max_difference(&found, &plain) > 0.1);
     }
 }
 
@@ -329,9 +332,9 @@ fn axes_add_up_while_transmittances_multiply() {
         longest = longest.max(expected[1].abs());
         let pairs = found.iter().zip(expected);
         let difference = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-        // f, by which axes turn, is 0 on one side of the horizon and 1 on the other in places.
+        // f, which turns the axes, jumps from 0 to 1 at the horizon in places.
         assert!(
-            difference <= 3.0 * 20.0 * PER_OCCLUDER,
+            difference <= 3.0 * 20.0 * ERROR_PER_OCCLUDER,
             "{found:?} {expected:?}"
         );
     }
@@ -348,8 +351,8 @@ fn many_occluders_need_a_target_wider_than_eight_bits() {
             ..scene.instances[0]
         })
         .collect();
-    let expected = scene.twin(Mode::Cone);
-    let floats = worst(&scene.transmittances(&gpu, descriptor()), &expected);
+    let expected = scene.twin_image(Mode::Cone);
+    let floats = max_difference(&scene.transmittances(&gpu, descriptor()), &expected);
     let halves = OcclusionPassDescriptor {
         target: wgpu::TextureFormat::R16Float,
         ..descriptor()
@@ -359,9 +362,9 @@ fn many_occluders_need_a_target_wider_than_eight_bits() {
         .iter()
         .map(|h| half::f16::from_bits(*h).to_f32())
         .collect();
-    // The same rounding forty times over.
-    let drift = worst(&halves, &expected);
-    assert!(drift <= 40.0 * HALF + 40.0 * PER_OCCLUDER);
+    // The same rounding forty times.
+    let drift = max_difference(&halves, &expected);
+    assert!(drift <= 40.0 * HALF_ROUNDING + 40.0 * ERROR_PER_OCCLUDER);
     let bytes = OcclusionPassDescriptor {
         target: wgpu::TextureFormat::Rgba8Unorm,
         ..descriptor()
@@ -372,14 +375,14 @@ fn many_occluders_need_a_target_wider_than_eight_bits() {
         .step_by(4)
         .map(|b| f32::from(*b) / 255.0)
         .collect();
-    let bytes = worst(&bytes, &expected);
+    let bytes = max_difference(&bytes, &expected);
     println!("off by {floats:.1e} in floats, {drift:.3} in halves, {bytes:.3} in bytes");
     assert!(bytes > 1.5 * drift);
-    assert!(floats <= 40.0 * PER_OCCLUDER);
+    assert!(floats <= 40.0 * ERROR_PER_OCCLUDER);
 }
 
 #[test]
-fn what_does_not_fit_is_refused() {
+fn unsuitable_descriptors_and_frames_are_rejected() {
     let Some(gpu) = gpu() else { return };
     let Gpu { device, queue, .. } = &gpu;
     let refusal = |descriptor| OcclusionPass::new(device, queue, descriptor).unwrap_err();
@@ -434,7 +437,7 @@ fn what_does_not_fit_is_refused() {
     assert_eq!(prepare(flat), PrepareError::Camera);
 }
 
-/// A ball close behind a wall that faces the camera (JGT, 3.2).
+/// Returns a ball close behind a wall that faces the camera (JGT, 3.2).
 fn behind_a_wall() -> Scene {
     let eye = view::look_at_mat4(Vec3::new(0.0, 0.0, 3.0), Vec3::ZERO, Vec3::Y);
     let aspect = SIZE[0] as f32 / SIZE[1] as f32;
@@ -447,16 +450,16 @@ fn behind_a_wall() -> Scene {
         object_id: 1,
         layers: 1,
     };
-    let place = Mat4::from_translation(Vec3::new(0.0, 0.0, -0.6));
+    let world_from_object = Mat4::from_translation(Vec3::new(0.0, 0.0, -0.6));
     Scene {
         buffer: gbuffer(camera, &[wall]),
-        instances: vec![Instance::at(place.to_cols_array_2d())],
+        instances: vec![Instance::at(world_from_object.to_cols_array_2d())],
         ..Scene::new(camera, faded())
     }
 }
 
 #[test]
-fn through_a_wall_occlusion_alone_leaks_and_cones_do_not() {
+fn scalar_occlusion_leaks_through_a_wall_and_cones_do_not() {
     let Some(gpu) = gpu() else { return };
     let scene = behind_a_wall();
     let shade = |mode| {
@@ -473,5 +476,5 @@ fn through_a_wall_occlusion_alone_leaks_and_cones_do_not() {
     assert!(leaks < 0.8, "{leaks}");
     // The cones lie wholly behind the tangent plane.
     let stops = darkest(&shade(Mode::Cone));
-    assert!(stops >= 1.0 - PER_OCCLUDER, "{stops}");
+    assert!(stops >= 1.0 - ERROR_PER_OCCLUDER, "{stops}");
 }

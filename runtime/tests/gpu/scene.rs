@@ -1,10 +1,10 @@
 use glam::camera::rh::{proj, view};
 use glam::{DMat4, DVec3, DVec4, Mat4, Quat, Vec3};
 
-/// Rows of 32-bit texels must be a multiple of 256 bytes to be read back.
+/// The image size. Rows of 32-bit texels must be a multiple of 256 bytes to be read back.
 pub const SIZE: [u32; 2] = [128, 96];
 
-/// Something to receive shadows.
+/// A surface that receives shadows.
 #[derive(Clone, Copy)]
 pub struct Surface {
     pub shape: Shape,
@@ -18,7 +18,7 @@ pub enum Shape {
     Ball { center: Vec3, radius: f32 },
 }
 
-/// What every pixel shows. Positions are NaN where that is nothing.
+/// The visible surface of every pixel. Positions are NaN where there is none.
 pub struct GBuffer {
     pub positions: Vec<[f32; 4]>,
     pub normals: Vec<[f32; 4]>,
@@ -26,13 +26,13 @@ pub struct GBuffer {
     pub depths: Vec<f32>,
 }
 
-/// A camera above the floor that looks at the origin.
+/// Returns a camera above the floor that looks at the origin.
 pub fn perspective() -> Mat4 {
     let view = view::look_at_mat4(Vec3::new(3.0, 2.5, 4.0), Vec3::ZERO, Vec3::Y);
     proj::directx::perspective(0.9, SIZE[0] as f32 / SIZE[1] as f32, 0.1, 50.0) * view
 }
 
-/// The same with depth reversed: 1 at the near plane.
+/// Returns [`perspective`] with depth reversed: 1 at the near plane.
 pub fn reversed() -> Mat4 {
     let swap = Mat4::from_cols_array_2d(&[
         [1.0, 0.0, 0.0, 0.0],
@@ -48,7 +48,7 @@ pub fn orthographic() -> Mat4 {
     proj::directx::orthographic(-3.2, 3.2, -2.4, 2.4, 0.1, 50.0) * view
 }
 
-/// A floor (object 1, layer 1), a wall (object 2, layer 2) and a ball (object 3, both).
+/// Returns a floor (object 1, layer 1), a wall (object 2, layer 2) and a ball (object 3, both).
 pub fn surfaces() -> Vec<Surface> {
     let plane = |point, normal| Shape::Plane { point, normal };
     vec![
@@ -73,27 +73,32 @@ pub fn surfaces() -> Vec<Surface> {
     ]
 }
 
-/// Three places for a ball: at the origin; turned, larger and mirrored; small, on the floor.
-pub fn places() -> [Mat4; 3] {
-    let turn = Quat::from_euler(glam::EulerRot::XYZ, 0.3, 1.0, -0.4);
+/// Returns three transforms for a ball: at the origin; rotated, larger and mirrored; small, on the
+/// floor.
+pub fn transforms() -> [Mat4; 3] {
+    let rotation = Quat::from_euler(glam::EulerRot::XYZ, 0.3, 1.0, -0.4);
     [
         Mat4::IDENTITY,
         Mat4::from_scale_rotation_translation(
             Vec3::new(1.3, -1.3, 1.3),
-            turn,
+            rotation,
             Vec3::new(1.2, 0.3, -0.6),
         ),
-        Mat4::from_scale_rotation_translation(Vec3::splat(0.6), turn, Vec3::new(-1.1, -0.3, 0.4)),
+        Mat4::from_scale_rotation_translation(
+            Vec3::splat(0.6),
+            rotation,
+            Vec3::new(-1.1, -0.3, 0.4),
+        ),
     ]
 }
 
-/// What each pixel shows. Depth grows from 0 at the near plane, except in [`reversed`], whose
-/// pixels are those of [`perspective`].
+/// Ray traces what each pixel shows. Depth grows from 0 at the near plane, except in [`reversed`],
+/// whose pixels are those of [`perspective`].
 pub fn gbuffer(clip_from_world: Mat4, surfaces: &[Surface]) -> GBuffer {
     gbuffer_of(SIZE, clip_from_world, surfaces)
 }
 
-/// The same with a size of its own.
+/// Ray traces a G-buffer with a size of its own.
 pub fn gbuffer_of(size: [u32; 2], clip_from_world: Mat4, surfaces: &[Surface]) -> GBuffer {
     let forward = match clip_from_world == reversed() {
         true => perspective(),
@@ -123,7 +128,7 @@ pub fn gbuffer_of(size: [u32; 2], clip_from_world: Mat4, surfaces: &[Surface]) -
     buffer
 }
 
-/// Where a pixel's ray begins and where it goes.
+/// Returns the origin of a pixel's ray on the near plane, and its direction to the far plane.
 fn ray(world_from_clip: DMat4, [x, y]: [u32; 2], size: [u32; 2]) -> [DVec3; 2] {
     let ndc = [
         (f64::from(x) + 0.5) / f64::from(size[0]) * 2.0 - 1.0,
@@ -134,24 +139,24 @@ fn ray(world_from_clip: DMat4, [x, y]: [u32; 2], size: [u32; 2]) -> [DVec3; 2] {
     [ends[0], ends[1] - ends[0]]
 }
 
-/// How far along the ray, where, and with which normal towards the viewer.
-fn hit(surface: &Surface, [from, along]: [DVec3; 2]) -> Option<(f64, Vec3, Vec3)> {
+/// Returns the ray parameter of the hit, its position, and the normal towards the viewer.
+fn hit(surface: &Surface, [from, direction]: [DVec3; 2]) -> Option<(f64, Vec3, Vec3)> {
     let (t, normal) = match surface.shape {
         Shape::Plane { point, normal } => {
             let n = normal.as_dvec3();
-            let t = n.dot(point.as_dvec3() - from) / n.dot(along);
+            let t = n.dot(point.as_dvec3() - from) / n.dot(direction);
             (t, normal)
         }
         Shape::Ball { center, radius } => {
             let offset = from - center.as_dvec3();
-            let (a, b) = (along.dot(along), along.dot(offset));
+            let (a, b) = (direction.dot(direction), direction.dot(offset));
             let c = offset.dot(offset) - f64::from(radius).powi(2);
             let root = (b * b - a * c).sqrt();
             let t = (-b - root) / a;
-            let p = from + along * t;
+            let p = from + direction * t;
             (t, ((p - center.as_dvec3()) / f64::from(radius)).as_vec3())
         }
     };
-    // NaN where there is no root.
-    (t > 0.0 && t < 1.0).then(|| (t, (from + along * t).as_vec3(), normal))
+    // A miss is NaN, which fails both comparisons.
+    (t > 0.0 && t < 1.0).then(|| (t, (from + direction * t).as_vec3(), normal))
 }

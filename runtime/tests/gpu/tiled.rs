@@ -1,27 +1,27 @@
 use aogrid_grid_format::{Encoding, TexelFormat};
 use aogrid_runtime::{
-    AOGRID_LIST_OF_ANYTHING, AOGRID_LIST_OF_RECEIVERS, Combine, GridAtlas, GridAtlasError,
-    Instance, Mode, Output, PassError, Positions, PrepareError, Receivers, TiledFrame, TiledPass,
+    AOGRID_LIST_ALL_DEPTHS, AOGRID_LIST_OPAQUE, Combine, GridAtlas, GridAtlasError, Instance, Mode,
+    Output, PassError, Positions, PrepareError, Receivers, TiledFrame, TiledPass,
     TiledPassDescriptor, wgsl,
 };
 use glam::{EulerRot, Mat4, Quat, Vec3};
 
 use crate::gpu::{Gpu, gpu};
 use crate::grids::{ball, ball_in, other_spec, spec};
-use crate::many::{Many, halves, tiled_descriptor, vectors, worst};
-use crate::merge::PER_MERGE;
+use crate::many::{ManyOccluders, halves, max_difference, tiled_descriptor, vectors};
+use crate::merge::ERROR_PER_MERGE;
 use crate::raster;
 use crate::scene::{SIZE, orthographic, perspective, reversed};
 
-/// Sides that are no multiple of a tile's.
-const ODD: [u32; 2] = [117, 93];
+/// An image size that is no multiple of the tile size.
+const UNALIGNED_SIZE: [u32; 2] = [117, 93];
 
-/// What one occluder may differ by: as in the raster pass, and what the coordinates of an atlas
-/// round to, 2⁻²⁴ of it, by 64 texels of which a looks-up makes at most a third each.
-const PER_OCCLUDER: f32 = 2e-5;
+/// The error of one occluder: that of the raster pass, and the rounding of an atlas's coordinates,
+/// 2⁻²⁴ of its 64 texels, each of which changes a look-up by at most a third.
+const ERROR_PER_OCCLUDER: f32 = 2e-5;
 
-/// What its axis may differ by next to the jump of f.
-const PER_AXIS: f32 = 20.0 * PER_OCCLUDER;
+/// The error of its axis next to the jump of f.
+const ERROR_PER_AXIS: f32 = 20.0 * ERROR_PER_OCCLUDER;
 
 fn multiplied() -> TiledPassDescriptor {
     TiledPassDescriptor {
@@ -31,29 +31,33 @@ fn multiplied() -> TiledPassDescriptor {
 }
 
 #[test]
-fn images_are_the_twin_s_multiplied_and_merged_whatever_the_camera() {
+fn images_match_the_cpu_twin_multiplied_and_merged_for_every_camera() {
     let Some(gpu) = gpu() else { return };
-    for size in [SIZE, ODD] {
+    for size in [SIZE, UNALIGNED_SIZE] {
         for camera in [perspective(), reversed(), orthographic()] {
-            let many = Many::new(size, camera);
+            let many = ManyOccluders::new(size, camera);
             let found = vectors(&many.tiled(&gpu, &multiplied()));
-            assert!(worst(&found, &many.twin(Combine::Multiply)) <= 3.0 * PER_AXIS);
+            assert!(
+                max_difference(&found, &many.twin_image(Combine::Multiply)) <= 3.0 * ERROR_PER_AXIS
+            );
             let found = vectors(&many.tiled(&gpu, &tiled_descriptor()));
-            assert!(worst(&found, &many.twin(Combine::Merge)) <= 3.0 * PER_MERGE);
+            assert!(
+                max_difference(&found, &many.twin_image(Combine::Merge)) <= 3.0 * ERROR_PER_MERGE
+            );
         }
     }
 }
 
 #[test]
-fn images_are_those_of_the_raster_passes() {
+fn images_match_the_raster_passes() {
     let Some(gpu) = gpu() else { return };
-    let many = Many::new(SIZE, perspective());
+    let many = ManyOccluders::new(SIZE, perspective());
     let by_raster = vectors(&many.merge(&gpu, &crate::many::merge_descriptor()));
     let in_tiles = vectors(&many.tiled(&gpu, &tiled_descriptor()));
-    assert!(worst(&in_tiles, &by_raster) <= 3.0 * PER_MERGE);
+    assert!(max_difference(&in_tiles, &by_raster) <= 3.0 * ERROR_PER_MERGE);
 
     let scene = raster::Scene::new(perspective(), raster::faded());
-    let mut alike = Many::new(SIZE, perspective());
+    let mut alike = ManyOccluders::new(SIZE, perspective());
     alike.grids.truncate(1);
     alike.occluders.iter_mut().for_each(|(grid, _)| *grid = 0);
     for mode in [Mode::Cone, Mode::Occlusion] {
@@ -69,23 +73,23 @@ fn images_are_those_of_the_raster_passes() {
             ..raster::descriptor()
         };
         let by_raster = scene.transmittances(&gpu, by_raster);
-        assert!(raster::worst(&in_tiles, &by_raster) <= 3.0 * PER_OCCLUDER);
+        assert!(raster::max_difference(&in_tiles, &by_raster) <= 3.0 * ERROR_PER_OCCLUDER);
     }
 }
 
 #[test]
-fn every_target_holds_what_it_can() {
+fn every_target_format_is_as_accurate_as_its_texels() {
     use wgpu::TextureFormat as F;
     let Some(gpu) = gpu() else { return };
-    let many = Many::new(ODD, perspective());
-    let expected = many.twin(Combine::Merge);
+    let many = ManyOccluders::new(UNALIGNED_SIZE, perspective());
+    let expected = many.twin_image(Combine::Merge);
     let whole = TiledPassDescriptor {
         target: F::Rgba16Float,
         ..tiled_descriptor()
     };
     let found = halves(&many.tiled(&gpu, &whole));
-    // Written once: one rounding to a half, of axes up to 2.
-    assert!(worst(&found, &expected) <= 1.0 / 1024.0 + 3.0 * PER_MERGE);
+    // Written once: one rounding of axes up to 2 to a half float.
+    assert!(max_difference(&found, &expected) <= 1.0 / 1024.0 + 3.0 * ERROR_PER_MERGE);
     let alone = |target| TiledPassDescriptor {
         target,
         output: Output::Transmittance,
@@ -94,7 +98,7 @@ fn every_target_holds_what_it_can() {
     let bytes = many.tiled(&gpu, &alone(F::Rgba8Unorm));
     let floats: Vec<f32> = bytemuck::pod_collect_to_vec(&many.tiled(&gpu, &alone(F::R32Float)));
     for ((byte, float), expected) in bytes.chunks_exact(4).zip(floats).zip(expected) {
-        assert!((float - expected[3]).abs() <= 3.0 * PER_MERGE);
+        assert!((float - expected[3]).abs() <= 3.0 * ERROR_PER_MERGE);
         // Half a step, and a rounding.
         let difference = (f32::from(byte[0]) / 255.0 - float).abs();
         assert!(difference <= 0.501 / 255.0, "{byte:?} {float}");
@@ -102,10 +106,10 @@ fn every_target_holds_what_it_can() {
 }
 
 #[test]
-fn ids_layers_strength_and_exclusion_are_the_twin_s() {
+fn ids_layers_strength_and_exclusion_match_the_cpu_twin() {
     let Some(gpu) = gpu() else { return };
-    let mut many = Many::new(SIZE, perspective());
-    let plain = many.twin(Combine::Merge);
+    let mut many = ManyOccluders::new(SIZE, perspective());
+    let plain = many.twin_image(Combine::Merge);
     many.occluders[1].1.strength = 0.4;
     many.occluders[1].1.layers = 2;
     many.occluders[2].1.excluded = [3, 2, u32::MAX, u32::MAX];
@@ -114,15 +118,15 @@ fn ids_layers_strength_and_exclusion_are_the_twin_s() {
         ..tiled_descriptor()
     };
     let found = vectors(&many.tiled(&gpu, &with_ids));
-    assert!(worst(&found, &many.twin(Combine::Merge)) <= 3.0 * PER_MERGE);
-    assert!(worst(&found, &plain) > 0.1);
+    assert!(max_difference(&found, &many.twin_image(Combine::Merge)) <= 3.0 * ERROR_PER_MERGE);
+    assert!(max_difference(&found, &plain) > 0.1);
 }
 
 #[test]
-fn depths_serve_as_positions_and_cleared_ones_as_none() {
+fn depths_serve_as_positions_and_cleared_depths_as_background() {
     let Some(gpu) = gpu() else { return };
     for (camera, cleared) in [(perspective(), 1.0), (reversed(), 0.0)] {
-        let mut many = Many::new(SIZE, camera);
+        let mut many = ManyOccluders::new(SIZE, camera);
         for depth in &mut many.buffer.depths {
             *depth = if depth.is_nan() { cleared } else { *depth };
         }
@@ -131,13 +135,13 @@ fn depths_serve_as_positions_and_cleared_ones_as_none() {
             ..multiplied()
         };
         let found = vectors(&many.tiled(&gpu, &from_depth));
-        // As for the raster pass, with the axes' jump.
-        let tolerance = 3.0 * (2e-5 * 4.0 * 3.4 + PER_AXIS);
-        assert!(worst(&found, &many.twin(Combine::Multiply)) <= tolerance);
+        // The tolerance of the raster pass, with the axes' jump.
+        let tolerance = 3.0 * (2e-5 * 4.0 * 3.4 + ERROR_PER_AXIS);
+        assert!(max_difference(&found, &many.twin_image(Combine::Multiply)) <= tolerance);
     }
 }
 
-/// Numbers from 0 to 1, always the same ones.
+/// Returns the next pseudo-random number in 0..1.
 fn random(state: &mut u64) -> f32 {
     *state = state
         .wrapping_mul(6_364_136_223_846_793_005)
@@ -145,20 +149,21 @@ fn random(state: &mut u64) -> f32 {
     (*state >> 40) as f32 / (1 << 24) as f32
 }
 
-/// Balls of all sizes all over the scene, behind the camera, too.
+/// Returns balls of all sizes all over the scene, also behind the camera.
 fn crowd(count: usize) -> Vec<(usize, Instance)> {
     let state = &mut 7;
     (0..count)
         .map(|i| {
             let mut between = |low: f32, high: f32| low + (high - low) * random(state);
-            let place = Vec3::new(between(-4.0, 5.0), between(-1.0, 3.0), between(-2.0, 6.0));
+            let position = Vec3::new(between(-4.0, 5.0), between(-1.0, 3.0), between(-2.0, 6.0));
             let angles = [between(0.0, 6.3), between(0.0, 6.3), between(0.0, 6.3)];
-            let turn = Quat::from_euler(EulerRot::XYZ, angles[0], angles[1], angles[2]);
+            let rotation = Quat::from_euler(EulerRot::XYZ, angles[0], angles[1], angles[2]);
             let scale = Vec3::splat(between(0.05, 0.4));
-            let place = Mat4::from_scale_rotation_translation(scale, turn, place);
+            let world_from_object =
+                Mat4::from_scale_rotation_translation(scale, rotation, position);
             let instance = Instance {
                 strength: between(0.2, 1.0),
-                ..Instance::at(place.to_cols_array_2d())
+                ..Instance::at(world_from_object.to_cols_array_2d())
             };
             (i % 2, instance)
         })
@@ -166,9 +171,9 @@ fn crowd(count: usize) -> Vec<(usize, Instance)> {
 }
 
 #[test]
-fn a_thousand_occluders_are_as_in_a_loop_over_all_of_them_and_never_flicker() {
+fn a_thousand_occluders_match_a_loop_over_all_of_them_and_never_flicker() {
     let Some(gpu) = gpu() else { return };
-    let mut many = Many::new(ODD, perspective());
+    let mut many = ManyOccluders::new(UNALIGNED_SIZE, perspective());
     many.occluders = crowd(1000);
     for combine in [Combine::Multiply, Combine::Merge] {
         let descriptor = TiledPassDescriptor {
@@ -177,13 +182,13 @@ fn a_thousand_occluders_are_as_in_a_loop_over_all_of_them_and_never_flicker() {
         };
         let mut pass = TiledPass::new(&gpu.device, &gpu.queue, descriptor.clone()).unwrap();
         let first = many.dispatch(&gpu, &descriptor, &mut pass);
-        let expected = many.twin(combine);
+        let expected = many.twin_image(combine);
         // Eleven boxes overlap at the most crowded pixel.
         let tolerance = match combine {
-            Combine::Multiply => 11.0 * PER_AXIS,
-            Combine::Merge => 11.0 * PER_MERGE,
+            Combine::Multiply => 11.0 * ERROR_PER_AXIS,
+            Combine::Merge => 11.0 * ERROR_PER_MERGE,
         };
-        assert!(worst(&vectors(&first), &expected) <= tolerance);
+        assert!(max_difference(&vectors(&first), &expected) <= tolerance);
         let repeats = if combine == Combine::Merge { 20 } else { 1 };
         for _ in 0..repeats {
             assert!(many.dispatch(&gpu, &descriptor, &mut pass) == first);
@@ -192,19 +197,24 @@ fn a_thousand_occluders_are_as_in_a_loop_over_all_of_them_and_never_flicker() {
 }
 
 #[test]
-fn passes_serve_frames_of_other_sizes_and_numbers() {
+fn a_pass_can_be_reused_for_other_sizes_and_numbers_of_occluders() {
     let Some(gpu) = gpu() else { return };
     let descriptor = tiled_descriptor();
     let mut pass = TiledPass::new(&gpu.device, &gpu.queue, descriptor.clone()).unwrap();
-    for (size, count) in [(ODD, 3), (SIZE, 70), ([16, 16], 0), (ODD, 200)] {
-        let mut many = Many::new(size, perspective());
+    for (size, count) in [
+        (UNALIGNED_SIZE, 3),
+        (SIZE, 70),
+        ([16, 16], 0),
+        (UNALIGNED_SIZE, 200),
+    ] {
+        let mut many = ManyOccluders::new(size, perspective());
         many.occluders = crowd(count);
         let kept = many.dispatch(&gpu, &descriptor, &mut pass);
         assert!(kept == many.tiled(&gpu, &tiled_descriptor()), "{count}");
     }
 }
 
-/// Shades points that the caller gives, at pixels that the caller gives, by the lists.
+/// A kernel that shades given points at given pixels with the tile lists.
 const FORWARD: &str = "
 struct Point { position: vec4f, normal: vec4f, pixel_and_object: vec4u }
 @group(0) @binding(0) var<storage, read> points: array<Point>;
@@ -223,7 +233,7 @@ fn forward(@builtin(global_invocation_id) id: vec3u) {
 
 type Point = ([f32; 4], [f32; 4], [u32; 4]);
 
-/// Merged and multiplied, for each point.
+/// Returns the merged and the multiplied result of each point.
 fn forward(gpu: &Gpu, pass: &TiledPass, list: u32, points: &[Point]) -> Vec<[[f32; 4]; 2]> {
     let Gpu { device, queue, .. } = gpu;
     let source = [wgsl::SHADING, &wgsl::tile_lists(1), FORWARD].concat();
@@ -287,16 +297,16 @@ fn forward(gpu: &Gpu, pass: &TiledPass, list: u32, points: &[Point]) -> Vec<[[f3
 }
 
 #[test]
-fn lists_serve_what_the_g_buffer_shows_and_what_floats_before_it() {
+fn tile_lists_shade_the_g_buffer_and_points_in_front_of_it() {
     let Some(gpu) = gpu() else { return };
     let kept = tiled_descriptor();
     let mut pass = TiledPass::new(&gpu.device, &gpu.queue, kept.clone()).unwrap();
-    let mut many = Many::new(ODD, perspective());
+    let mut many = ManyOccluders::new(UNALIGNED_SIZE, perspective());
     many.occluders = crowd(300);
     many.dispatch(&gpu, &kept, &mut pass);
-    let casters = many.casters();
-    let pixel = |idx: u32| [idx % ODD[0], idx / ODD[0]];
-    let shown: Vec<Point> = (0..ODD[0] * ODD[1])
+    let twin = many.cpu_twin();
+    let pixel = |idx: u32| [idx % UNALIGNED_SIZE[0], idx / UNALIGNED_SIZE[0]];
+    let shown: Vec<Point> = (0..UNALIGNED_SIZE[0] * UNALIGNED_SIZE[1])
         .map(|idx| {
             let ([x, y], at) = (pixel(idx), idx as usize);
             let object = many.buffer.receivers[at];
@@ -307,7 +317,7 @@ fn lists_serve_what_the_g_buffer_shows_and_what_floats_before_it() {
             )
         })
         .collect();
-    // Somewhere between the camera and what it sees, as smoke or glass is.
+    // Move points between the camera and the visible surface, like smoke or glass.
     let eye = Vec3::new(3.0, 2.5, 4.0);
     let mut floating = shown.clone();
     for (idx, (position, normal, _)) in floating.iter_mut().enumerate() {
@@ -317,23 +327,23 @@ fn lists_serve_what_the_g_buffer_shows_and_what_floats_before_it() {
         *normal = Vec3::new(0.6, 0.0, 0.8).extend(0.0).to_array();
     }
     for (list, points) in [
-        (AOGRID_LIST_OF_RECEIVERS, &shown),
-        (AOGRID_LIST_OF_ANYTHING, &shown),
-        (AOGRID_LIST_OF_ANYTHING, &floating),
+        (AOGRID_LIST_OPAQUE, &shown),
+        (AOGRID_LIST_ALL_DEPTHS, &shown),
+        (AOGRID_LIST_ALL_DEPTHS, &floating),
     ] {
         let found = forward(&gpu, &pass, list, points);
         for (which, combine) in [(0, Combine::Merge), (1, Combine::Multiply)] {
             let expected = points.iter().map(|([x, y, z, _], [nx, ny, nz, _], seen)| {
-                casters.at([*x, *y, *z], [*nx, *ny, *nz], [seen[2], seen[3]], combine)
+                twin.shade([*x, *y, *z], [*nx, *ny, *nz], [seen[2], seen[3]], combine)
             });
             let found: Vec<_> = found.iter().map(|both| both[which]).collect();
             let expected: Vec<_> = expected.collect();
-            assert!(worst(&found, &expected) <= 6.0 * PER_MERGE);
+            assert!(max_difference(&found, &expected) <= 6.0 * ERROR_PER_MERGE);
         }
     }
-    // The first list is the shorter one: what floats is not all in it.
-    let found = forward(&gpu, &pass, AOGRID_LIST_OF_RECEIVERS, &floating);
-    let by_all = forward(&gpu, &pass, AOGRID_LIST_OF_ANYTHING, &floating);
+    // The list of receivers is the shorter one: it lacks occluders of the floating points.
+    let found = forward(&gpu, &pass, AOGRID_LIST_OPAQUE, &floating);
+    let by_all = forward(&gpu, &pass, AOGRID_LIST_ALL_DEPTHS, &floating);
     assert!(
         found
             .iter()
@@ -343,31 +353,33 @@ fn lists_serve_what_the_g_buffer_shows_and_what_floats_before_it() {
 }
 
 #[test]
-fn grids_in_an_atlas_look_like_in_their_own_texture_up_to_their_edges() {
+fn grids_in_an_atlas_match_their_own_texture_up_to_their_edges() {
     let Some(gpu) = gpu() else { return };
     for format in TexelFormat::ALL {
-        // Not faded: what leaks from a neighbour would show.
-        let mut many = Many::new(SIZE, perspective());
+        // The grids are not faded, so that leaks from a neighbor would show.
+        let mut many = ManyOccluders::new(SIZE, perspective());
         many.grids = [spec(), other_spec()]
             .map(|spec| ball_in(spec, Encoding::Cone, format))
             .to_vec();
         let found = vectors(&many.tiled(&gpu, &multiplied()));
-        let expected = many.twin(Combine::Multiply);
-        // Weights of 8 bits between 8-bit texels: see the errors of single functions.
+        let expected = many.twin_image(Combine::Multiply);
+        // Weights of 8 bits between 8-bit texels, as in the tests of single functions.
         let tolerance = match format {
             TexelFormat::Unorm8 => 0.04,
-            TexelFormat::F16 | TexelFormat::F32 => 3.0 * PER_AXIS + 8.0 * gpu.weight_error(false),
+            TexelFormat::F16 | TexelFormat::F32 => {
+                3.0 * ERROR_PER_AXIS + 8.0 * gpu.weight_error(false)
+            }
         };
         let pairs = found.iter().zip(&expected);
         let different = pairs.filter(|(a, b)| (a[3] - b[3]).abs() > tolerance);
-        // A receiver may lie within rounding of a box's side: one or two in an image.
+        // One or two receivers of an image may lie within rounding of a box's face.
         assert!(different.count() <= 2, "{format:?}");
         assert!(expected.iter().filter(|v| v[3] < 0.9).count() > 200);
     }
 }
 
 #[test]
-fn what_does_not_fit_is_refused() {
+fn unsuitable_descriptors_and_frames_are_rejected() {
     let Some(gpu) = gpu() else { return };
     let Gpu { device, queue, .. } = &gpu;
     let refusal = |descriptor| TiledPass::new(device, queue, descriptor).unwrap_err();
@@ -405,7 +417,7 @@ fn what_does_not_fit_is_refused() {
         GridAtlasError::Mixed(1)
     );
     let (cones, plain) = (atlas(&[&cones]).unwrap(), atlas(&[&plain]).unwrap());
-    let many = Many::new(SIZE, perspective());
+    let many = ManyOccluders::new(SIZE, perspective());
     let views = many.views(&gpu);
     let format = tiled_descriptor().target;
     let target = gpu

@@ -1,16 +1,17 @@
 use crate::sweeps::{angles, cosines, fractions};
 use aogrid_tables::{Clip, ClipTable, MergeTable, clip, merge};
 
-/// Between integration and closed form in f64. Both round some hundred terms of order one, so that
-/// 1e-13 would do; issue and documentation promise less.
+/// The documented agreement between integration and closed form in f64. Both round about a hundred
+/// terms of order one, so 1e-13 would suffice.
 const AGREEMENT: f64 = 1e-12;
 
-/// f follows from where the rings cross the rim, an interval no narrower than sin β over most of
-/// its range, between kinks that are rounded at 4e-16 (half the spacing of f64 at π) each.
+/// Rounding of f, to be divided by sin β. f follows from the rings that cross the rim, an interval
+/// no narrower than sin β over most of its range, between two kinks that are each rounded at 4e-16
+/// (half the spacing of f64 at π).
 const KINK_ROUNDING: f64 = 1e-15;
 
-/// Of the closed forms in f32: eight times the spacing of f32 at 1, for a handful of roundings of
-/// values up to π.
+/// Rounding of the closed forms in f32: eight times the spacing of f32 at 1, for about five
+/// roundings of values up to π.
 const F32_ROUNDING: f64 = 8.0 * f32::EPSILON as f64;
 
 #[test]
@@ -58,7 +59,7 @@ fn merge_integration_agrees_with_the_closed_form() {
 }
 
 #[test]
-fn clip_in_f32_is_as_good_as_f32() {
+fn clip_in_f32_is_accurate_to_rounding() {
     for a in fractions(200).into_iter().map(|a| a as f32) {
         for cos_beta in cosines(200, a.into()).into_iter().map(|c| c as f32) {
             let narrow = clip::closed_form(a, cos_beta);
@@ -75,7 +76,7 @@ fn clip_in_f32_is_as_good_as_f32() {
 }
 
 #[test]
-fn merge_in_f32_is_as_good_as_f32() {
+fn merge_in_f32_is_accurate_to_rounding() {
     for a1 in fractions(24).into_iter().map(|a| a as f32) {
         for a2 in fractions(24).into_iter().map(|a| a as f32) {
             for gamma in angles(24, a1.into(), a2.into())
@@ -95,9 +96,9 @@ fn merge_in_f32_is_as_good_as_f32() {
 }
 
 /// π as an `f32` is larger than π, so its sine is negative: the printed code then finds that
-/// opposite caps share nothing, however large they are.
+/// opposite caps do not intersect, however large they are.
 #[test]
-fn opposite_caps_in_f32_share_what_is_over() {
+fn opposite_caps_in_f32_intersect_in_the_excess_over_the_sphere() {
     let gamma = std::f32::consts::PI;
     for (a1, a2) in [(0.75_f32, 0.75), (0.9, 0.3), (1.0, 0.5), (0.6, 0.5)] {
         let shared = merge::intersection(a1, a2, gamma);
@@ -106,9 +107,9 @@ fn opposite_caps_in_f32_share_what_is_over() {
     }
 }
 
-/// The printed integral starts at θ = γ − α_B, where γ = α_B makes it divide zero by zero.
+/// The printed integral starts at θ = γ − α_B and divides zero by zero if γ = α_B.
 #[test]
-fn an_axis_on_the_others_rim_in_f32_is_nothing_special() {
+fn an_axis_on_the_other_rim_is_not_singular_in_f32() {
     for (a1, a2) in [(0.75_f32, 0.25_f32), (0.5, 0.25), (0.3, 0.2), (0.25, 0.25)] {
         let gamma = (1.0 - 2.0 * a2).acos();
         let wide = merge::closed_form(f64::from(a1), f64::from(a2), f64::from(gamma));
@@ -119,9 +120,9 @@ fn an_axis_on_the_others_rim_in_f32_is_nothing_special() {
     }
 }
 
-/// What a shader can be made to pass by NaN normals, half-precision axes or plain mistakes.
+/// Tests inputs that NaN normals, half-precision axes or mistakes in a shader can cause.
 #[test]
-fn no_input_makes_a_nan() {
+fn no_input_causes_a_nan() {
     let values = [
         f32::NAN,
         f32::NEG_INFINITY,
@@ -151,10 +152,10 @@ fn no_input_makes_a_nan() {
     for &x in &values {
         for &y in &values {
             let (wide_x, wide_y) = (f64::from(x), f64::from(y));
-            assert_sane(clip::closed_form(x, y).into_f64(), (x, y));
-            assert_sane(clip_table.sample(x, y).into_f64(), (x, y));
-            assert_sane(clip::closed_form(wide_x, wide_y), (x, y));
-            assert_sane(clip::integrate(wide_x, wide_y), (x, y));
+            assert_in_range(clip::closed_form(x, y).into_f64(), (x, y));
+            assert_in_range(clip_table.sample(x, y).into_f64(), (x, y));
+            assert_in_range(clip::closed_form(wide_x, wide_y), (x, y));
+            assert_in_range(clip::integrate(wide_x, wide_y), (x, y));
             for &z in &values {
                 let wide_z = f64::from(z);
                 let unions = [
@@ -174,16 +175,16 @@ fn no_input_makes_a_nan() {
     }
 }
 
-fn assert_sane(clip: Clip<f64>, at: (f32, f32)) {
+fn assert_in_range(clip: Clip<f64>, at: (f32, f32)) {
     let ranges = [
         (clip.occlusion, 1.0),
         (clip.fraction, 0.5),
         (clip.axis_weight, 1.0),
     ];
-    let sane = ranges
+    let in_range = ranges
         .iter()
-        .all(|&(value, most)| (0.0..=most).contains(&value));
-    assert!(sane, "{at:?}: {clip:?}");
+        .all(|&(value, max)| (0.0..=max).contains(&value));
+    assert!(in_range, "{at:?}: {clip:?}");
 }
 
 trait IntoF64 {

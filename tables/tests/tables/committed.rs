@@ -1,14 +1,14 @@
 use aogrid_tables::{ClipTable, Format, MergeTable, clip_texels, generated_files, merge_texels};
 use std::path::Path;
 
-/// One step of the master. Other sines than those of the machine that made it may round an entry
-/// to the neighbouring step, once in a hundred million entries.
+/// One step of the master. On another platform, whose sines differ, an entry may be rounded to the
+/// neighboring step, about once in a hundred million entries.
 const MASTER_STEP: f32 = 1.0 / (1 << 24) as f32;
 
 const REGENERATE: &str = "run `cargo xtask tables`, and review what changes";
 
 #[test]
-fn integration_makes_the_committed_clip_table() {
+fn integration_reproduces_the_committed_clip_table() {
     let committed = ClipTable::committed().node_array();
     assert_same(
         &committed,
@@ -17,7 +17,7 @@ fn integration_makes_the_committed_clip_table() {
 }
 
 #[test]
-fn integration_makes_the_committed_merge_table() {
+fn integration_reproduces_the_committed_merge_table() {
     let committed = MergeTable::committed().node_array();
     assert_same(
         &committed,
@@ -35,7 +35,7 @@ fn assert_same(committed: &([usize; 3], Vec<f32>), fresh: &([usize; 3], Vec<f32>
 }
 
 #[test]
-fn the_committed_files_are_the_committed_tables() {
+fn the_committed_files_match_the_generator() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/generated");
     let files = generated_files(&ClipTable::committed(), &MergeTable::committed());
     for file in &files {
@@ -59,7 +59,7 @@ fn the_committed_files_are_the_committed_tables() {
 }
 
 #[test]
-fn every_file_says_on_its_first_line_what_makes_it() {
+fn every_file_names_its_generator_on_the_first_line() {
     for file in generated_files(&ClipTable::committed(), &MergeTable::committed()) {
         let first_line = file.bytes.split(|&byte| byte == b'\n').next().unwrap();
         let first_line = std::str::from_utf8(first_line).unwrap();
@@ -70,7 +70,7 @@ fn every_file_says_on_its_first_line_what_makes_it() {
     }
 }
 
-/// The corners that tell the axes apart: nothing at a = 0, everything at a = 1.
+/// Checks the corners that distinguish the axes: zero at a = 0, one at a = 1.
 #[test]
 fn uploaded_texels_have_the_fraction_along_x() {
     let [width, height] = ClipTable::SIZE;

@@ -5,10 +5,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Rounding of a few terms of order one.
 const ROUNDING: f64 = 1e-12;
 
-/// What linear filtering may add where a table is looked up between its nodes; see `errors`.
+/// Error of linear filtering for a look-up between nodes; see `errors`.
 const FILTERING: f64 = 6.4e-3;
 
-/// Both ways to get `T_clip`, and both ways to get `T_merge`.
+/// Both implementations of `T_clip`, and both of `T_merge`.
 const CLIPS: [fn(f64, f64) -> Clip<f64>; 2] = [clip::integrate, clip::closed_form];
 const MERGES: [fn(f64, f64, f64) -> f64; 2] = [merge::integrate, merge::closed_form];
 
@@ -16,7 +16,7 @@ fn steps(n: u32) -> impl Iterator<Item = f64> + Clone {
     (0..=n).map(move |i| f64::from(i) / f64::from(n))
 }
 
-/// Cones with cos β ≥ 0 that stay clear of the plane.
+/// Cones with cos β ≥ 0 that do not reach the plane.
 fn unclipped_cones() -> impl Iterator<Item = (f64, f64)> {
     let all = steps(40).flat_map(|a| steps(40).map(move |cos_beta| (a, cos_beta)));
     all.filter(|&(a, cos_beta)| half_angle(a) + cos_beta.acos() < FRAC_PI_2 - 1e-9)
@@ -30,7 +30,7 @@ fn assert_near(value: f64, expected: f64, tolerance: f64) {
     );
 }
 
-/// f weighs the cone's axis, not the normal.
+/// f weights the cone's axis, not the normal.
 #[test]
 fn an_unclipped_cone_keeps_its_axis() {
     for t_clip in CLIPS {
@@ -43,7 +43,7 @@ fn an_unclipped_cone_keeps_its_axis() {
     assert_near(look_up.axis_weight.into(), 1.0, FILTERING);
 }
 
-/// A sphere of light hidden by an unclipped cone: AO = sin²α cos β, not its solid angle 2a.
+/// An unclipped cone has AO = sin²α cos β; its solid angle would give 2a.
 #[test]
 fn occlusion_is_cosine_weighted() {
     for t_clip in CLIPS {
@@ -59,7 +59,7 @@ fn occlusion_is_cosine_weighted() {
     assert_near(look_up.occlusion.into(), 0.75, FILTERING);
 }
 
-/// Two half-spaces leave a wedge, with its axis half-way between d and n.
+/// Two half-spaces intersect in a wedge, with its axis halfway between d and n.
 #[test]
 fn a_hemisphere_is_clipped_to_a_wedge() {
     for t_clip in CLIPS {
@@ -74,7 +74,7 @@ fn a_hemisphere_is_clipped_to_a_wedge() {
     }
 }
 
-/// A hemisphere that faces the receiver hides all it sees.
+/// A hemisphere around the receiver's normal hides everything.
 #[test]
 fn the_receivers_own_hemisphere_occludes_everything() {
     for t_clip in CLIPS {
@@ -85,21 +85,21 @@ fn the_receivers_own_hemisphere_occludes_everything() {
     }
 }
 
-/// A cone below the plane has its limit: the direction in the plane nearest to it.
+/// The axis of a cone below the plane has its limit, the direction in the plane nearest to it.
 #[test]
 fn a_cone_below_the_plane_occludes_nothing() {
     for t_clip in CLIPS {
         for (a, cos_beta) in unclipped_cones().map(|(a, cos_beta)| (a, -cos_beta)) {
-            let nothing = t_clip(a, cos_beta);
-            assert_eq!((nothing.occlusion, nothing.fraction), (0.0, 0.0));
-            let f = nothing.axis_weight;
+            let clipped = t_clip(a, cos_beta);
+            assert_eq!((clipped.occlusion, clipped.fraction), (0.0, 0.0));
+            let f = clipped.axis_weight;
             assert_near(f * cos_beta + (1.0 - f), 0.0, ROUNDING);
         }
     }
 }
 
 #[test]
-fn the_ends_of_the_fractions_are_nothing_and_everything() {
+fn fraction_zero_occludes_nothing_and_fraction_one_everything() {
     for t_clip in CLIPS {
         for cos_beta in steps(64).map(|x| 2.0 * x - 1.0) {
             assert_eq!(t_clip(0.0, cos_beta).occlusion, 0.0);
@@ -142,9 +142,10 @@ fn caps_of_one_axis_are_nested_and_opposite_caps_add_up() {
     }
 }
 
-/// Rims through each other's axes: sectors and triangles with sides of 60° and corners of acos(1/3).
+/// The rims pass through each other's axes: the triangles have sides of 60° and corners of
+/// acos(1/3).
 #[test]
-fn caps_up_to_each_others_axis_share_a_lens() {
+fn caps_through_each_others_axes_intersect_in_a_lens() {
     let corner = (1.0_f64 / 3.0).acos();
     let excess = 3.0 * corner - PI;
     let shared = 2.0 * (0.25 * corner) / PI - excess / (2.0 * PI);

@@ -2,10 +2,10 @@ use crate::sweeps::{angles, cosines, fractions};
 use aogrid_tables::{Clip, clip, merge};
 use std::f64::consts::PI;
 
-/// The relations are exact; this is rounding, of a few terms of order one.
+/// Rounding of a few terms of order one; the relations themselves are exact.
 const ROUNDING: f64 = 1e-12;
 
-/// Both ways to get `T_clip`, and both ways to get `T_merge`.
+/// Both implementations of `T_clip`, and both of `T_merge`.
 const CLIPS: [fn(f64, f64) -> Clip<f64>; 2] = [clip::integrate, clip::closed_form];
 const MERGES: [fn(f64, f64, f64) -> f64; 2] = [merge::integrate, merge::closed_form];
 
@@ -39,7 +39,7 @@ fn for_each_merge(check: impl Fn(&dyn Fn(f64, f64, f64) -> f64, f64, f64, f64) -
     }
 }
 
-/// A cone and the rest of the sphere, which is a cone around −d, occlude everything.
+/// The complement of a cone is a cone around −d.
 #[test]
 fn a_cone_and_its_complement_occlude_everything() {
     for_each_clip(|t_clip, a, cos_beta| {
@@ -47,7 +47,7 @@ fn a_cone_and_its_complement_occlude_everything() {
     });
 }
 
-/// Above and below the plane together the cone is whole: its moment is 4π a (1 − a) d.
+/// The parts above and below the plane add up to the whole cone, whose moment is 4π a (1 − a) d.
 #[test]
 fn both_sides_of_the_plane_have_the_whole_cones_moment() {
     for_each_clip(|t_clip, a, cos_beta| {
@@ -63,7 +63,7 @@ fn both_sides_of_the_plane_have_the_whole_cones_solid_angle() {
     });
 }
 
-/// The half-space above the plane is a cone too: a′ = a + ½ − `T_merge`(a, ½, β).
+/// The half-space above the plane is a cone, too: a′ = a + ½ − `T_merge`(a, ½, β).
 #[test]
 fn clipping_is_merging_with_a_hemisphere() {
     for (t_clip, t_merge) in CLIPS.into_iter().zip(MERGES) {
@@ -81,9 +81,9 @@ fn clipping_is_merging_with_a_hemisphere() {
     }
 }
 
-/// What a cone shares with another and with that other's complement is all of it.
+/// The intersections of a cone with another cone and with that cone's complement add up to it.
 #[test]
-fn a_cone_and_its_complement_share_all_of_another() {
+fn intersections_with_a_cone_and_its_complement_add_up() {
     for_each_merge(|t_merge, a1, a2, gamma| {
         let shared = a1 + a2 - t_merge(a1, a2, gamma);
         let shared_with_rest = a1 + (1.0 - a2) - t_merge(a1, 1.0 - a2, PI - gamma);
@@ -105,7 +105,7 @@ fn a_union_is_no_smaller_than_a_part_and_no_larger_than_the_sum() {
 }
 
 #[test]
-fn the_shared_part_is_what_the_union_counts_once() {
+fn union_and_intersection_add_up_to_the_sum_of_the_fractions() {
     for_each_merge(|t_merge, a1, a2, gamma| {
         a1 + a2 - t_merge(a1, a2, gamma) - merge::intersection(a1, a2, gamma)
     });

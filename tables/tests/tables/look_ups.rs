@@ -1,11 +1,11 @@
 use aogrid_tables::{ClipTable, MergeTable, clip, merge, texture_coordinate};
 use std::f32::consts::PI;
 
-/// A coordinate is rounded at 2⁻²⁴ and then stretched to at most 64 texels, between which a table
+/// Rounding of coordinates: at 2⁻²⁴, then scaled to at most 64 texels, between which a table
 /// changes by at most one.
 const COORDINATE_ROUNDING: f32 = 64.0 / (1 << 23) as f32;
 
-/// Small tables, with a different size for every axis, so that none can stand in for another.
+/// Returns small tables with a different size for every axis, so that swapped axes are noticed.
 fn small_tables() -> (ClipTable, MergeTable) {
     (ClipTable::generate([5, 4]), MergeTable::generate([5, 3, 4]))
 }
@@ -18,7 +18,7 @@ fn assert_near(value: f32, expected: f32) {
     );
 }
 
-/// Rows are the work that a caller spreads over threads: put together they are the table.
+/// Rows, which callers compute on several threads, make up the same table.
 #[test]
 fn rows_make_the_table() {
     let (clip_table, merge_table) = small_tables();
@@ -64,7 +64,7 @@ fn merge_axes_are_both_fractions_then_the_angle() {
 }
 
 #[test]
-fn between_nodes_entries_are_mixed_linearly() {
+fn entries_are_interpolated_linearly_between_nodes() {
     let (clip_table, merge_table) = small_tables();
     let [low, high] = [clip_table.node(1, 2), clip_table.node(2, 2)];
     let quarter = clip_table.sample(0.25 + 0.25 * 0.25, 1.0 / 3.0);
@@ -84,7 +84,7 @@ fn between_nodes_entries_are_mixed_linearly() {
 }
 
 #[test]
-fn beyond_the_ends_the_last_entry_goes_on() {
+fn look_ups_are_clamped_to_the_ends() {
     let (clip_table, merge_table) = small_tables();
     assert_eq!(clip_table.sample(1.5, -1.5), clip_table.sample(1.0, -1.0));
     assert_eq!(clip_table.sample(-0.5, 1.5), clip_table.sample(0.0, 1.0));
@@ -95,12 +95,12 @@ fn beyond_the_ends_the_last_entry_goes_on() {
 }
 
 #[test]
-fn nodes_are_the_centres_of_texels() {
+fn nodes_are_the_centers_of_texels() {
     for size in [2, 5, 32, 48, 64] {
         for node in 0..size {
             let x = node as f32 / (size - 1) as f32;
-            let centre = (node as f32 + 0.5) / size as f32;
-            assert!((texture_coordinate(x, size) - centre).abs() <= f32::EPSILON);
+            let center = (node as f32 + 0.5) / size as f32;
+            assert!((texture_coordinate(x, size) - center).abs() <= f32::EPSILON);
         }
     }
 }
@@ -111,9 +111,9 @@ fn node_arrays_are_indexed_by_the_arguments() {
     let (shape, values) = clip_table.node_array();
     assert_eq!((shape, values.len()), ([5, 4, 3], 60));
     let entry = clip_table.node(3, 2);
-    let at = 3 * (2 + 4 * 3);
+    let start = 3 * (2 + 4 * 3);
     assert_eq!(
-        values[at..at + 3],
+        values[start..start + 3],
         [entry.occlusion, entry.fraction, entry.axis_weight]
     );
 

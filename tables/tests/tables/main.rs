@@ -1,23 +1,23 @@
-//! What the tables must be: one binary, its modules in the order of trust.
+//! Tests of the tables: one binary, the most independent checks first.
 
-/// Cases with an answer that a formula of school geometry gives.
+/// Cases with a solution in elementary geometry.
 mod geometry;
 /// Exact relations between entries.
 mod invariants;
-/// Random directions against integration: neither shares a formula with the other.
+/// Random directions against integration, which share no formula.
 mod monte_carlo;
 
-/// Integration against closed form, f32 against f64, and inputs that nobody should pass.
+/// Integration against closed form, f32 against f64, and invalid inputs.
 mod agreement;
 
-/// Look-ups: where the nodes lie and how it is filtered between them.
+/// Look-ups: positions of the nodes and filtering between them.
 mod look_ups;
 
 /// The committed files against the generator.
 mod committed;
-/// The error report, and the errors it may report.
+/// The error report, and bounds on the errors.
 mod errors;
-/// Both tables to read.
+/// Both tables as readable text.
 mod snapshots;
 
 /// The arguments that several modules sweep over.

@@ -6,12 +6,13 @@ use std::f64::consts::PI;
 const CASES: usize = 64;
 const DIRECTIONS: usize = 40_000;
 
-/// Chance alone exceeds four standard errors once in 16,000 comparisons; there are some 250 here,
-/// and the seeds are fixed.
+/// Tolerance in standard errors. By chance one in 16,000 comparisons exceeds four; there are about
+/// 250 here, and the seeds are fixed.
 const STANDARD_ERRORS: f64 = 4.0;
 
-/// Below this fraction too few directions hit a region to estimate its moment's spread.
-const ENOUGH: f64 = 0.02;
+/// Minimum fraction for a comparison. Below it too few directions hit a region to estimate the
+/// variance of its moment.
+const MIN_FRACTION: f64 = 0.02;
 
 struct Directions(ChaCha8Rng);
 
@@ -20,12 +21,12 @@ impl Directions {
         Self(ChaCha8Rng::seed_from_u64(seed))
     }
 
-    /// Uniform in 0..1.
+    /// Returns a number uniform in 0..1.
     fn number(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Uniform on the sphere, by Archimedes' cylinder.
+    /// Returns a direction uniform on the sphere, by Archimedes' cylinder.
     fn direction(&mut self) -> [f64; 3] {
         let z = 2.0 * self.number() - 1.0;
         let (sin, cos) = (2.0 * PI * self.number()).sin_cos();
@@ -34,7 +35,7 @@ impl Directions {
     }
 }
 
-/// The axis of a cone that is `angle` away from z, and whether a direction lies inside that cone.
+/// Returns the axis of a cone, `angle` away from z, and the test whether a direction lies inside.
 fn cone(a: f64, angle: f64) -> ([f64; 3], impl Fn([f64; 3]) -> bool) {
     let axis = [angle.sin(), 0.0, angle.cos()];
     (axis, move |[x, _, z]| {
@@ -42,20 +43,20 @@ fn cone(a: f64, angle: f64) -> ([f64; 3], impl Fn([f64; 3]) -> bool) {
     })
 }
 
-/// `hits` of all directions, where a share of `expected` would be.
+/// Asserts that `hits` of all directions are the fraction `expected` within the statistical error.
 #[track_caller]
-fn assert_share(hits: usize, expected: f64) {
-    let share = hits as f64 / DIRECTIONS as f64;
+fn assert_fraction(hits: usize, expected: f64) {
+    let fraction = hits as f64 / DIRECTIONS as f64;
     let standard_error = (expected * (1.0 - expected) / DIRECTIONS as f64).sqrt();
     let tolerance = STANDARD_ERRORS * standard_error + f64::EPSILON;
     assert!(
-        (share - expected).abs() <= tolerance,
-        "{share} instead of {expected}"
+        (fraction - expected).abs() <= tolerance,
+        "{fraction} instead of {expected}"
     );
 }
 
 #[test]
-fn clipped_fraction_and_occlusion_are_what_directions_say() {
+fn clipped_fraction_and_occlusion_match_random_directions() {
     let mut random = Directions::seeded(0x7ab1e5);
     for _ in 0..CASES {
         let (a, cos_beta) = (random.number(), 2.0 * random.number() - 1.0);
@@ -64,27 +65,27 @@ fn clipped_fraction_and_occlusion_are_what_directions_say() {
         for _ in 0..DIRECTIONS {
             let [x, y, z] = random.direction();
             hits += usize::from(z > 0.0 && inside([x, y, z]));
-            // Malley: what is uniform on the disc is cosine-weighted on the hemisphere above.
-            let (radius, turn) = (random.number().sqrt(), 2.0 * PI * random.number());
+            // Malley's method: points uniform on the disk are cosine-weighted on the hemisphere.
+            let (radius, azimuth) = (random.number().sqrt(), 2.0 * PI * random.number());
             let up = (1.0 - radius * radius).sqrt();
-            let weighted = [radius * turn.cos(), radius * turn.sin(), up];
+            let weighted = [radius * azimuth.cos(), radius * azimuth.sin(), up];
             weighted_hits += usize::from(inside(weighted));
         }
         let clipped = clip::integrate(a, cos_beta);
-        assert_share(hits, clipped.fraction);
-        assert_share(weighted_hits, clipped.occlusion);
+        assert_fraction(hits, clipped.fraction);
+        assert_fraction(weighted_hits, clipped.occlusion);
     }
 }
 
 /// f d + (1 − f) n, scaled to the occlusion along n, is the mean of all directions in the region.
 #[test]
-fn the_clipped_axis_is_where_the_directions_point() {
+fn the_clipped_axis_matches_the_mean_of_random_directions() {
     let mut random = Directions::seeded(0xa815);
     let mut compared = 0;
     for _ in 0..CASES {
         let (a, cos_beta) = (random.number(), 2.0 * random.number() - 1.0);
         let clipped = clip::integrate(a, cos_beta);
-        if clipped.fraction < ENOUGH {
+        if clipped.fraction < MIN_FRACTION {
             continue;
         }
         let (axis, inside) = cone(a, cos_beta.acos());
@@ -110,7 +111,7 @@ fn the_clipped_axis_is_where_the_directions_point() {
 }
 
 #[test]
-fn the_union_is_what_directions_say() {
+fn the_union_matches_random_directions() {
     let mut random = Directions::seeded(0x9e26e);
     for _ in 0..CASES {
         let (a1, a2, gamma) = (random.number(), random.number(), PI * random.number());
@@ -119,6 +120,6 @@ fn the_union_is_what_directions_say() {
         let hits = (0..DIRECTIONS)
             .filter(|_| covered(random.direction()))
             .count();
-        assert_share(hits, merge::integrate(a1, a2, gamma));
+        assert_fraction(hits, merge::integrate(a1, a2, gamma));
     }
 }

@@ -1,7 +1,8 @@
 use aogrid_tables::{ClipTable, MergeTable};
 use std::fmt::Write;
 
-/// Steps in which the masters are hashed: what nobody can see does not change the hash.
+/// Steps per unit to which values are rounded before hashing, so that invisible differences do not
+/// change the hash.
 const STEPS: f64 = 1e6;
 
 #[test]
@@ -70,7 +71,7 @@ fn write_summary(text: &mut String, name: &str, values: &[f32]) {
     .unwrap();
 }
 
-/// Of every entry of the master, in C order.
+/// Returns the hash of every entry of the master, in C order.
 fn hash(master: &[f32]) -> String {
     let steps = master
         .iter()

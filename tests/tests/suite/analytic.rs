@@ -3,30 +3,30 @@ use aogrid_bake_core::{Moments, Placement, RawGrid, TriangleMesh};
 use aogrid_grid_format::Method;
 use aogrid_tests::{convex_fraction, exact_options, raw, sphere_fraction};
 
-/// The project's promise for six 16×16 faces against exact solid angles.
-struct Promise {
+/// The error bounds of six 16×16 faces against exact solid angles.
+struct Tolerance {
     rms: f64,
     max: f64,
 }
 
-const SPHERE: Promise = Promise {
+const SPHERE_TOLERANCE: Tolerance = Tolerance {
     rms: 0.002,
     max: 0.008,
 };
-const SPHERE_AXIS_RMS_DEGREES: f64 = 1.0;
-const BOX: Promise = Promise {
+const MAX_AXIS_RMS_DEGREES: f64 = 1.0;
+const BOX_TOLERANCE: Tolerance = Tolerance {
     rms: 0.004,
     max: 0.015,
 };
-/// What a few cells next to the box's corners and edges cannot keep with 16×16 faces. Such a
-/// cell sees silhouettes run along rows of texels on several faces at once, and a row counts
-/// whole or not at all: half a row of 16 texels in the middle of a face is
-/// (2/16 · 2/√2 sr)/4π/2 = 0.007 of the sphere, on three faces 0.021.
-const BOX_HALF_ROWS: f64 = 0.021;
-/// How many they are.
-const BOX_HALF_ROWS_SHARE: f64 = 0.002;
+/// The largest error of a few cells next to the box's corners and edges. Such a cell sees
+/// silhouettes along rows of texels on several faces at once, and a row counts either whole or not
+/// at all: half a row of 16 texels in the middle of a face is (2/16 · 2/√2 sr)/4π/2 = 0.007 of the
+/// sphere, on three faces 0.021.
+const MAX_ERROR_AT_BOX_EDGES: f64 = 0.021;
+/// The largest share of such cells.
+const MAX_SHARE_AT_BOX_EDGES: f64 = 0.002;
 
-/// Samples with their position in object space and what the bake says of them.
+/// Returns each cell's sample position in object space, its moments and its count.
 fn samples(grid: &RawGrid) -> impl Iterator<Item = ([f64; 3], Moments, u32)> + '_ {
     (0..grid.counts.len()).map(|idx| {
         let cell = grid.spec.cell_at(idx);
@@ -54,16 +54,16 @@ fn errors(differences: impl Iterator<Item = f64>) -> Errors {
     Errors { n, rms, max }
 }
 
-fn assert_within(found: &Errors, promise: &Promise) {
+fn assert_within(found: &Errors, tolerance: &Tolerance) {
     let Errors { n, rms, max } = found;
     println!("rms {rms:.5}, max {max:.5} over {n} cells");
     assert!(
-        *rms <= promise.rms && *max <= promise.max,
+        *rms <= tolerance.rms && *max <= tolerance.max,
         "rms {rms}, max {max}"
     );
 }
 
-/// The sphere sample's centre and radius.
+/// The center and the radius of the sphere model.
 const CENTER: [f64; 3] = [0.0, 0.5, 0.0];
 const RADIUS: f64 = 0.5;
 
@@ -73,20 +73,20 @@ fn from_center(position: [f64; 3]) -> ([f64; 3], f64) {
 }
 
 #[test]
-fn a_ball_hides_its_cap() {
+fn a_ball_occludes_the_solid_angle_of_its_cap() {
     // 20 · 4⁶ triangles: the polyhedron's radius is within 1e-4 of the ball's.
     let ball = Sample::Sphere.mesh(Some(81_920)).unwrap();
     assert_ball(&raw(&ball, &Placement::default(), &exact_options()));
 }
 
-/// What any baker has to make of the ball at 32³ cells.
+/// Asserts the accuracy of any baker's grid of the ball at 32³ cells.
 pub(crate) fn assert_ball(grid: &RawGrid) {
     let outside = || samples(grid).filter(|(p, _, _)| from_center(*p).1 > RADIUS);
     let occlusion = errors(outside().map(|(position, found, _)| {
         f64::from(found.a) - sphere_fraction(RADIUS, from_center(position).1)
     }));
     assert!(occlusion.n > 30_000);
-    assert_within(&occlusion, &SPHERE);
+    assert_within(&occlusion, &SPHERE_TOLERANCE);
 
     let axis = errors(outside().map(|(position, found, _)| {
         let (v, distance) = from_center(position);
@@ -96,26 +96,26 @@ pub(crate) fn assert_ball(grid: &RawGrid) {
         cos.clamp(-1.0, 1.0).acos().to_degrees()
     }));
     println!("axis rms {:.3}°, max {:.3}°", axis.rms, axis.max);
-    assert!(axis.rms <= SPHERE_AXIS_RMS_DEGREES, "{}", axis.rms);
+    assert!(axis.rms <= MAX_AXIS_RMS_DEGREES, "{}", axis.rms);
 
-    // And inside it nothing is left open.
+    // Cells inside the ball are fully occluded.
     let inside = samples(grid).filter(|(p, _, _)| from_center(*p).1 < 0.999 * RADIUS);
     for (_, found, count) in inside {
         assert_eq!((count, found.a), (1536, 1.0));
     }
 }
 
-/// Whether a point is outside the box sample, which has its faces at ±½, 0 and 1.
+/// Whether a point is outside the box model, which has its faces at ±½, 0 and 1.
 fn outside_box([x, y, z]: [f64; 3]) -> bool {
     x.abs() > 0.5 || z.abs() > 0.5 || !(0.0..=1.0).contains(&y)
 }
 
 #[test]
-fn a_box_hides_the_solid_angles_of_its_faces() {
+fn a_box_occludes_the_solid_angles_of_its_faces() {
     let mesh = Sample::Box.mesh(None).unwrap();
     assert_box(&mesh, &raw(&mesh, &Placement::default(), &exact_options()));
 
-    // Rows half as wide keep the promise for every cell.
+    // With rows half as wide every cell is within the tolerance.
     let mut fine = exact_options();
     fine.method = Method::Faces { size: 32 };
     let placement = Placement {
@@ -123,41 +123,44 @@ fn a_box_hides_the_solid_angles_of_its_faces() {
         ..Placement::default()
     };
     assert_within(
-        &errors(off_by(&mesh, &raw(&mesh, &placement, &fine)).into_iter()),
-        &BOX,
+        &errors(box_errors(&mesh, &raw(&mesh, &placement, &fine)).into_iter()),
+        &BOX_TOLERANCE,
     );
 }
 
-/// The difference of every cell outside the box to its exact fraction.
-fn off_by(mesh: &TriangleMesh, grid: &RawGrid) -> Vec<f64> {
+/// Returns the difference of every cell outside the box to its exact fraction.
+fn box_errors(mesh: &TriangleMesh, grid: &RawGrid) -> Vec<f64> {
     let outside = samples(grid).filter(|(position, _, _)| outside_box(*position));
     let off = outside.map(|(p, found, _)| f64::from(found.a) - convex_fraction(mesh, p));
     off.collect()
 }
 
-/// What any baker has to make of the box at 32³ cells.
+/// Asserts the accuracy of any baker's grid of the box at 32³ cells.
 pub(crate) fn assert_box(mesh: &TriangleMesh, grid: &RawGrid) {
-    let coarse = off_by(mesh, grid);
+    let coarse = box_errors(mesh, grid);
     assert!(coarse.len() > 30_000);
-    let beyond = coarse.iter().filter(|v| v.abs() > BOX.max).count();
+    let beyond = coarse
+        .iter()
+        .filter(|v| v.abs() > BOX_TOLERANCE.max)
+        .count();
     println!(
         "{beyond} of {} cells are off by more than {}",
         coarse.len(),
-        BOX.max
+        BOX_TOLERANCE.max
     );
     assert!(
-        beyond as f64 <= BOX_HALF_ROWS_SHARE * coarse.len() as f64,
+        beyond as f64 <= MAX_SHARE_AT_BOX_EDGES * coarse.len() as f64,
         "{beyond}"
     );
-    let promise = Promise {
-        rms: BOX.rms,
-        max: BOX_HALF_ROWS,
+    let tolerance = Tolerance {
+        rms: BOX_TOLERANCE.rms,
+        max: MAX_ERROR_AT_BOX_EDGES,
     };
-    assert_within(&errors(coarse.into_iter()), &promise);
+    assert_within(&errors(coarse.into_iter()), &tolerance);
 }
 
-/// Random rays against exact fractions: the error, in standard deviations of a mean of n
-/// yes-or-no answers, √(a(1−a)/n).
+/// Returns the error of random rays against exact fractions, in standard deviations of a mean of n
+/// yes-or-no outcomes, √(a(1−a)/n).
 fn deviations(mesh: &TriangleMesh, exact: impl Fn([f64; 3]) -> f64, n: u32, seed: u64) -> Errors {
     let mut options = exact_options();
     options.method = Method::Rays { count: n, seed };
@@ -174,12 +177,12 @@ fn deviations(mesh: &TriangleMesh, exact: impl Fn([f64; 3]) -> f64, n: u32, seed
 }
 
 #[test]
-fn random_rays_converge_to_the_same() {
+fn random_rays_converge_to_exact_fractions() {
     let mesh = Sample::Box.mesh(None).unwrap();
     for (n, seed) in [(256, 0), (256, 1), (4096, 2)] {
         let found = deviations(&mesh, |p| convex_fraction(&mesh, p), n, seed);
-        // Of some 1,700 normal deviates, one beyond 5 comes once in a thousand seeds; their
-        // rms is 1 within 4/√(2·1700).
+        // Among some 1,700 normal deviates, one exceeds 5 in a thousand seeds; their rms is 1
+        // within 4/√(2·1700).
         println!("{n} rays: rms {:.3} σ, max {:.2} σ", found.rms, found.max);
         assert!(found.n > 1_600);
         assert!(found.max < 5.0, "{}", found.max);
@@ -189,7 +192,7 @@ fn random_rays_converge_to_the_same() {
 
 /// Odd faces have texels exactly along the axes, whose directions hold zeros.
 #[test]
-fn the_inside_of_a_box_is_inside_for_every_face_size() {
+fn the_interior_of_a_box_is_enclosed_for_every_face_size() {
     let mesh = Sample::Box.mesh(None).unwrap();
     let placement = Placement {
         resolution: [12; 3],

@@ -1,5 +1,5 @@
-//! Light from environments in scenes by their grids, against ray tracing; and what part of the error
-//! is AO's own.
+//! Environment light in scenes through their grids, against ray tracing, and the part of the error
+//! that is AO's own.
 
 use std::path::Path;
 
@@ -12,9 +12,9 @@ use aogrid_runtime::{AogridOccluder, Combine, Instance, LinearTexture};
 use glam::DMat4;
 use xtask::scene::{self, GBuffer, GridSource, Grids, LoadOptions, Scene};
 
-use crate::environment_light::{Errors, Found, diffuse, lights, options, report};
+use crate::environment_light::{Errors, OccludedReceivers, diffuse, lights, options, report};
 
-/// How a scene's grids are baked, without a fade, and combined.
+/// The settings to bake a scene's grids with, without a fade, and to combine them.
 struct Settings {
     name: &'static str,
     resolution: u32,
@@ -23,7 +23,7 @@ struct Settings {
     combine: Combine,
 }
 
-/// As by default; and as good as they get.
+/// The default settings, and the most accurate ones.
 const SETTINGS: [Settings; 2] = [
     Settings {
         name: "8 bits, 32³",
@@ -41,14 +41,14 @@ const SETTINGS: [Settings; 2] = [
     },
 ];
 
-/// Of the light's truth, whose variance is taken off.
+/// Samples per receiver of the reference light, whose variance is subtracted.
 const SAMPLES: u32 = 256;
 
-/// Of AO's truth, which replaces the grids': a few thousandths of noise.
+/// Samples per receiver of the reference AO, which replaces the grids': a few thousandths of noise.
 const OCCLUSION_SAMPLES: u32 = 1024;
 
-/// What a scene's camera sees.
-fn by_grids(name: &str, settings: &Settings) -> Found {
+/// Returns the receivers that a scene's camera sees, occluded by its grids.
+fn receivers_with_grids(name: &str, settings: &Settings) -> OccludedReceivers {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../scenes")
         .join(name);
@@ -68,25 +68,25 @@ fn by_grids(name: &str, settings: &Settings) -> Found {
     }
     let pixels = GBuffer::trace(&scene, UNOBSERVED).unwrap().receivers();
     let receivers: Vec<_> = pixels.into_iter().map(|(_, receiver)| receiver).collect();
-    Found {
-        hidden: hidden(&scene, &receivers, settings.combine),
+    OccludedReceivers {
+        combined: combined_occlusion(&scene, &receivers, settings.combine),
         receivers,
         occluder: Occluder::new(&scene.flattened(|i| i.casts).unwrap().unwrap()),
     }
 }
 
-fn hidden(scene: &Scene, receivers: &[Receiver], combine: Combine) -> Vec<[f32; 4]> {
+fn combined_occlusion(scene: &Scene, receivers: &[Receiver], combine: Combine) -> Vec<[f32; 4]> {
     let grids = Grids::new().resolve(scene, UNOBSERVED).unwrap();
     let clip = LinearTexture::clip_table();
     let overlaps = LinearTexture::intersection_table();
-    let mut hidden = vec![[0.0, 0.0, 0.0, 1.0]; receivers.len()];
+    let mut combined = vec![[0.0, 0.0, 0.0, 1.0]; receivers.len()];
     for instance in scene.casters() {
         let grid = grids[instance.mesh].as_ref().unwrap();
         let world_from_object = DMat4::from(instance.world_from_object).as_mat4();
-        let place = Instance::at(world_from_object.to_cols_array_2d());
-        let occluder = AogridOccluder::new(grid.spec(), grid.format(), &place).unwrap();
+        let instance_at = Instance::at(world_from_object.to_cols_array_2d());
+        let occluder = AogridOccluder::new(grid.spec(), grid.format(), &instance_at).unwrap();
         let texture = LinearTexture::of_grid(grid);
-        for (receiver, sum) in receivers.iter().zip(&mut hidden) {
+        for (receiver, sum) in receivers.iter().zip(&mut combined) {
             let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
             let p_grid = aogrid_grid_position(&occluder, p);
             if aogrid_is_inside(p_grid) {
@@ -98,42 +98,43 @@ fn hidden(scene: &Scene, receivers: &[Receiver], combine: Combine) -> Vec<[f32; 
             }
         }
     }
-    hidden
+    combined
 }
 
-/// AO of each receiver, by rays that the light's truth does not use.
-fn true_occlusion(found: &Found) -> Vec<f32> {
+/// Returns the reference AO of each receiver, by other rays than the reference light's.
+fn reference_occlusion(found: &OccludedReceivers) -> Vec<f32> {
     let options = TruthOptions {
         seed: 1,
         ..options(OCCLUSION_SAMPLES)
     };
     let (occluder, lighting) = (Some(&found.occluder), Lighting::default());
-    let truth = truth::shade(occluder, &found.receivers, &lighting, &options, UNOBSERVED);
-    truth.unwrap().iter().map(|s| s.occlusion.mean).collect()
+    let shades = truth::shade(occluder, &found.receivers, &lighting, &options, UNOBSERVED);
+    shades.unwrap().iter().map(|s| s.occlusion.mean).collect()
 }
 
-/// Under a white sky light is 1 − AO: how far that is off, over its mean.
-fn white_sky(found: &Found, occlusion: &[f32]) -> f64 {
-    let pairs = found.hidden.iter().zip(occlusion);
-    let squares = pairs.map(|(hidden, ao)| f64::from(hidden[3] - (1.0 - ao)).powi(2));
+/// Returns the RMS error of the light under a white sky, which is 1 − AO, over its mean.
+fn white_sky(found: &OccludedReceivers, occlusion: &[f32]) -> f64 {
+    let pairs = found.combined.iter().zip(occlusion);
+    let squares = pairs.map(|(combined, ao)| f64::from(combined[3] - (1.0 - ao)).powi(2));
     let left: f64 = occlusion.iter().map(|ao| f64::from(1.0 - ao)).sum();
     let n = occlusion.len() as f64;
     (squares.sum::<f64>() / n).sqrt() / (left / n)
 }
 
-/// The grids' axes, with another AO.
-fn with_occlusion(found: Found, occlusion: &[f32]) -> Found {
-    let rescaled = |(hidden, &ao): (&[f32; 4], &f32)| {
-        let [x, y, z, left] = *hidden;
-        let times = ao / (1.0 - left).max(f32::EPSILON);
+/// Returns the receivers with the grids' axes and another AO.
+fn with_occlusion(found: OccludedReceivers, occlusion: &[f32]) -> OccludedReceivers {
+    // The axis sums scale with AO, so that their mean directions stay.
+    let rescaled = |(combined, &ao): (&[f32; 4], &f32)| {
+        let [x, y, z, transmittance] = *combined;
+        let times = ao / (1.0 - transmittance).max(f32::EPSILON);
         [times * x, times * y, times * z, 1.0 - ao]
     };
-    let hidden = found.hidden.iter().zip(occlusion).map(rescaled).collect();
-    Found { hidden, ..found }
+    let combined = found.combined.iter().zip(occlusion).map(rescaled).collect();
+    OccludedReceivers { combined, ..found }
 }
 
-/// What may be left of (1 − AO) · B's error with the true AO under the gradient: 0.35, 0.50, 0.29
-/// and 0.55 are, of the finer grids.
+/// The scenes, each with the largest share of (1 − AO) · B's error that may remain with the
+/// reference AO under the gradient. The finer grids measure 0.35, 0.50, 0.29 and 0.55.
 const SCENES: [(&str, f64); 4] = [
     ("box-on-floor.toml", 0.4),
     ("table.toml", 0.55),
@@ -141,16 +142,16 @@ const SCENES: [(&str, f64); 4] = [
     ("robot.toml", 0.6),
 ];
 
-/// How much of (1 − AO) · B's error is left, by the grids' AO and by the true one: what the light's
-/// model leaves, and what AO's own error adds to it.
+/// Reports the share of (1 − AO) · B's error that remains with the grids' AO and with the reference
+/// AO: the error of the light's model, and what AO's own error adds to it.
 #[test]
-fn scenes_by_their_grids_are_reported() {
+fn errors_of_scenes_lit_through_their_grids_are_bounded() {
     let lights = lights();
     let mut sums = [[0.0; 3]; 2];
     for (scene, limit) in SCENES {
         for settings in &SETTINGS {
-            let found = by_grids(scene, settings);
-            let occlusion = true_occlusion(&found);
+            let found = receivers_with_grids(scene, settings);
+            let occlusion = reference_occlusion(&found);
             let white = white_sky(&found, &occlusion);
             println!("{scene}, {}: white sky {white:.4}", settings.name);
             let by_grid = lights.iter().map(|light| diffuse(&found, light, SAMPLES));
@@ -158,24 +159,27 @@ fn scenes_by_their_grids_are_reported() {
             let found = with_occlusion(found, &occlusion);
             for (light, by_grid) in lights.iter().zip(by_grid) {
                 report(scene, light.name, by_grid);
-                let by_truth = diffuse(&found, light, SAMPLES);
-                report("  with the true AO", light.name, by_truth);
-                for (sums, errors) in sums.iter_mut().zip([by_grid, by_truth]) {
+                let by_reference = diffuse(&found, light, SAMPLES);
+                report("  with the reference AO", light.name, by_reference);
+                for (sums, errors) in sums.iter_mut().zip([by_grid, by_reference]) {
                     (0..3).for_each(|k| sums[k] += (errors[k] / errors[1]).powi(2));
                 }
                 if light.name == "gradient" && settings.format == TexelFormat::F32 {
-                    assert!(by_truth[0] < limit * by_truth[1], "{scene}: {by_truth:?}");
+                    assert!(
+                        by_reference[0] < limit * by_reference[1],
+                        "{scene}: {by_reference:?}"
+                    );
                 }
             }
         }
     }
     let count = (SCENES.len() * SETTINGS.len() * lights.len()) as f64;
-    let [by_grid, by_truth] = sums.map(|sums| sums.map(|sum| (sum / count).sqrt()));
+    let [by_grid, by_reference] = sums.map(|sums| sums.map(|sum| (sum / count).sqrt()));
     report("all, root mean squares", "", by_grid);
-    report("  with the true AO", "", by_truth);
+    report("  with the reference AO", "", by_reference);
     assert!(by_grid[0] < by_grid[1], "{by_grid:?}");
     assert!(
-        by_truth[0] < 0.75 * by_truth[1] && by_truth[0] < by_truth[2],
-        "{by_truth:?}"
+        by_reference[0] < 0.75 * by_reference[1] && by_reference[0] < by_reference[2],
+        "{by_reference:?}"
     );
 }

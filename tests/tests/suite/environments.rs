@@ -1,4 +1,4 @@
-//! Environments against what is printed in them, and against the rules of the format.
+//! Tests of environments against the labels of the orientation map, and of the format's rules.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use xtask::scene::{LoadOptions, parse};
 
 type Vector = [f64; 3];
 
-/// An environment and its warnings, from the lines of its table.
+/// Returns an environment and its warnings, from the lines of its table in a scene.
 fn environment(lines: &str) -> anyhow::Result<(Environment, Vec<String>)> {
     let text = format!("[environment]\n{lines}\n");
     let scene = parse(Path::new("test.toml"), &text, LoadOptions::default())?;
@@ -34,16 +34,16 @@ const AXES: [(Vector, [f32; 3]); 6] = [
 ];
 
 #[test]
-fn a_rooms_walls_are_where_they_are_said_to_be() {
+fn a_room_s_walls_lie_in_the_stated_directions() {
     let (room, _) = environment(ROOM).unwrap();
     let (turned, _) = environment(&format!("{ROOM}\nyaw = 90")).unwrap();
     let (z_up, _) = environment(&format!("{ROOM}\nup = 'z'")).unwrap();
-    for ([x, y, z], colour) in AXES {
-        assert_eq!(room.radiance([x, y, z]), colour);
-        // A quarter turn about y, seen from above against the clock: x goes to −z, z to x.
-        assert_eq!(turned.radiance([z, y, -x]), colour);
+    for ([x, y, z], color) in AXES {
+        assert_eq!(room.radiance([x, y, z]), color);
+        // A quarter turn about y, counterclockwise seen from above: x goes to −z, z to x.
+        assert_eq!(turned.radiance([z, y, -x]), color);
         // The map's y is world z; its z is world −y.
-        assert_eq!(z_up.radiance([x, -z, y]), colour);
+        assert_eq!(z_up.radiance([x, -z, y]), color);
     }
     let (dim, _) = environment(&format!("{ROOM}\nscale = 0.5")).unwrap();
     assert_eq!(dim.radiance([1.0, 0.1, 0.1]), [0.5, 0.0, 0.0]);
@@ -57,7 +57,8 @@ fn orientation() -> Option<Environment> {
     Some(environment)
 }
 
-/// The picture around an axis with another one `above`, `right` and `up` in degrees from it.
+/// Returns the picture around the axis `forward`, with the axis `above` upwards, for a range of
+/// angles to the right and up in degrees.
 fn ascii(
     environment: &Environment,
     forward: DVec3,
@@ -73,7 +74,7 @@ fn ascii(
             let (r, u) = (right.to_radians().tan(), up.to_radians().tan());
             let direction = forward + r * across + u * above;
             let [_, _, blue] = environment.radiance(direction.into());
-            // Letters are black, the text behind them is light blue.
+            // Letters are black on a light blue background.
             picture.push(if blue < 0.5 { '#' } else { '.' });
         }
         picture.push('\n');
@@ -86,10 +87,10 @@ const Y: DVec3 = DVec3::Y;
 const Z: DVec3 = DVec3::Z;
 
 #[test]
-fn each_axis_leads_to_its_printed_label() {
+fn each_axis_points_at_its_printed_label() {
     let Some(map) = orientation() else { return };
     let mut pictures = String::new();
-    // Below which the label stands: on the ceiling and the floor nearer to the axis or farther.
+    // The labels are below their axes; on the floor the label is above the axis.
     let below = [-12, -5];
     for (name, forward, above, up) in [
         ("+X", X, Y, below),
@@ -106,7 +107,7 @@ fn each_axis_leads_to_its_printed_label() {
 
 /// Lines run from the middle of every side along the positive axes.
 #[test]
-fn from_each_axis_lines_lead_towards_the_other_positive_ones() {
+fn lines_lead_from_each_axis_towards_the_other_positive_ones() {
     let Some(map) = orientation() else { return };
     for axis in 0..3 {
         for sign in [1.0, -1.0] {
@@ -128,7 +129,7 @@ fn from_each_axis_lines_lead_towards_the_other_positive_ones() {
 }
 
 #[test]
-fn real_maps_are_read_whatever_their_kind() {
+fn real_maps_of_every_kind_are_read() {
     let Some(folder) = shared("data/env") else {
         return;
     };
@@ -146,7 +147,7 @@ fn real_maps_are_read_whatever_their_kind() {
                 continue;
             }
             let (map, warnings) = result.unwrap();
-            // DWAB rings below zero.
+            // DWAB compression rings below zero.
             let is_warned = warnings.iter().any(|w| w.contains("negative"));
             assert_eq!(
                 is_warned,
@@ -157,7 +158,7 @@ fn real_maps_are_read_whatever_their_kind() {
             println!("{name}: {r:.5} {g:.5} {b:.5}");
             if let Some(expected) = MEANS.iter().find(|(known, _)| *known == name) {
                 for (ours, theirs) in [r, g, b].into_iter().zip(expected.1) {
-                    // Five digits are printed; negative texels were counted there.
+                    // The other program prints five digits and counts negative texels.
                     assert!(
                         (ours / theirs - 1.0).abs() < 0.01,
                         "{name}: {ours} {theirs}"
@@ -170,7 +171,7 @@ fn real_maps_are_read_whatever_their_kind() {
     assert_eq!(read, 7);
 }
 
-/// Means that another program (OpenEXR itself, and a reader of RGBE) found.
+/// Mean radiances by other programs (OpenEXR itself, and a reader of RGBE).
 const MEANS: [(&str, Vector); 5] = [
     ("venice_dwab.exr", [0.40495, 0.64997, 1.3149]),
     ("studio_dwab.exr", [1.9695, 2.2619, 2.5531]),
@@ -179,7 +180,7 @@ const MEANS: [(&str, Vector); 5] = [
     ("spiaggia_di_mondello_1k.hdr", [0.81221, 0.84593, 0.87723]),
 ];
 
-/// Weighted by solid angle.
+/// Returns the mean radiance, weighted by solid angle.
 fn mean(map: &Environment) -> Vector {
     let [width, height] = map.size();
     let (mut sum, mut weights) = ([0.0; 3], 0.0);
@@ -197,7 +198,7 @@ fn mean(map: &Environment) -> Vector {
 }
 
 #[test]
-fn what_is_no_map_is_refused_by_name() {
+fn invalid_maps_are_rejected_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, bytes: &[u8]| -> PathBuf {
         let path = folder.path().join(name);
@@ -231,8 +232,8 @@ fn what_is_no_map_is_refused_by_name() {
     }
 }
 
-/// As another program cuts the first four out of the file; of the ceiling and the floor each is
-/// seen upright, as it is read.
+/// The labels as seen from the center. The first four match what another program cuts out of the
+/// file; those of the ceiling and the floor are shown upright, as one reads them.
 const LABELS: &str = "\
 +X
 ...............#.....##.........................

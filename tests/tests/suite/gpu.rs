@@ -14,7 +14,9 @@ use aogrid_tests::{exact_options, files_with_ending, gpu, mesh_of, shared};
 use xtask::parity::Parity;
 
 use crate::analytic;
-use crate::parity::{Corners, FEW, assert_alike, compare, prepared, soup, stack_of_sheets};
+use crate::parity::{
+    Corners, MAX_MISMATCHES_GPU, assert_parity, compare, prepared, soup, stack_of_sheets,
+};
 
 fn compare_gpu(sweeper: &mut Sweeper, mesh: PreparedMesh, size: u32) -> Parity {
     let uploaded = sweeper.upload(mesh).unwrap();
@@ -22,11 +24,11 @@ fn compare_gpu(sweeper: &mut Sweeper, mesh: PreparedMesh, size: u32) -> Parity {
     Parity::new(uploaded.mesh(), size, bake.unwrap())
 }
 
-/// The GPU's sweep against the CPU's rays, and its moments against the CPU's own sweep: where
-/// both see the same texels, bit for bit.
-fn assert_as_on_the_cpu(sweeper: &mut Sweeper, mesh: &TriangleMesh, n: [u32; 3], size: u32) {
+/// Asserts that the GPU's sweep matches the CPU's rays, and that its moments equal those of the
+/// CPU's own sweep bit for bit in cells where both see the same texels.
+fn assert_matches_the_cpu(sweeper: &mut Sweeper, mesh: &TriangleMesh, n: [u32; 3], size: u32) {
     let parity = compare_gpu(sweeper, prepared(mesh, n), size);
-    assert_alike(&parity, FEW, &format!("{n:?} {size}"));
+    assert_parity(&parity, MAX_MISMATCHES_GPU, &format!("{n:?} {size}"));
     let cpu = compare(&prepared(mesh, n), size);
     let differing: Vec<_> = cpu.bits.differences(&parity.bits);
     for cell in 0..cpu.raw.counts.len() {
@@ -38,7 +40,7 @@ fn assert_as_on_the_cpu(sweeper: &mut Sweeper, mesh: &TriangleMesh, n: [u32; 3],
 }
 
 #[test]
-fn samples_are_alike_at_any_resolution_and_face_size() {
+fn models_match_at_any_resolution_and_face_size() {
     let Some(context) = gpu() else { return };
     let mut sweeper = Sweeper::new(context);
     for (sample, resolution, size) in [
@@ -51,12 +53,12 @@ fn samples_are_alike_at_any_resolution_and_face_size() {
         (Sample::Robot, [8, 9, 270], 8),
     ] {
         let mesh = sample.mesh(None).unwrap();
-        assert_as_on_the_cpu(&mut sweeper, &mesh, resolution, size);
+        assert_matches_the_cpu(&mut sweeper, &mesh, resolution, size);
     }
 }
 
 #[test]
-fn soups_and_hundreds_of_layers_are_alike() {
+fn soups_and_hundreds_of_layers_match() {
     let Some(context) = gpu() else { return };
     let mut sweeper = Sweeper::new(context);
     let robot: Vec<Corners> = Sample::Robot.mesh(None).unwrap().corners().collect();
@@ -74,14 +76,18 @@ fn soups_and_hundreds_of_layers_are_alike() {
         ("256 copies", copies),
     ] {
         let mesh = prepared(&mesh_of(&triangles), [8, 12, 8]);
-        assert_alike(&compare_gpu(&mut sweeper, mesh, 8), FEW, what);
+        assert_parity(
+            &compare_gpu(&mut sweeper, mesh, 8),
+            MAX_MISMATCHES_GPU,
+            what,
+        );
     }
 }
 
-/// Small triangles, hundreds on each other, that lie between the lines of all rows: their layers
-/// are counted where they are crossed, and nowhere else.
+/// Small triangles, stacked by the hundreds, lie between the lines of all rows: their layers are
+/// counted at edge crossings, and nowhere else.
 #[test]
-fn layers_that_no_row_pierces_are_counted() {
+fn layers_without_row_hits_are_counted() {
     let Some(context) = gpu() else { return };
     let mut triangles: Vec<Corners> = Vec::new();
     for (at, n) in [([0.0, 0.0, 0.0], 400_u16), ([2.0, 1.0, 1.5], 256)] {
@@ -93,13 +99,13 @@ fn layers_that_no_row_pierces_are_counted() {
     }
     let mesh = prepared(&mesh_of(&triangles), [8, 12, 8]);
     let parity = compare_gpu(&mut Sweeper::new(context), mesh, 16);
-    assert_alike(&parity, FEW, "between the rows");
+    assert_parity(&parity, MAX_MISMATCHES_GPU, "between the rows");
 }
 
-/// What the mesh's bounds leave of a row is not all of it, and not nothing: boxes within the mesh,
-/// around it, beside it, and of cells that are no cubes.
+/// The mesh's bounds cut rows of cells in different ways: boxes lie within the mesh, beside it,
+/// across its surface and far away, and their cells are no cubes.
 #[test]
-fn grids_that_are_not_around_the_mesh_are_alike() {
+fn grids_that_do_not_enclose_the_mesh_match() {
     let Some(context) = gpu() else { return };
     let mut sweeper = Sweeper::new(context);
     let mesh = Sample::Robot.mesh(None).unwrap();
@@ -120,12 +126,16 @@ fn grids_that_are_not_around_the_mesh_are_alike() {
         let extents = std::array::from_fn(|x| half[x] * scale[x]);
         let spec = GridSpec::new([12, 9, 14], center, extents).unwrap();
         let prepared = PreparedMesh::new(&mesh, spec, BakeOptions::SAMPLE_OFFSET).unwrap();
-        assert_alike(&compare_gpu(&mut sweeper, prepared, 16), FEW, what);
+        assert_parity(
+            &compare_gpu(&mut sweeper, prepared, 16),
+            MAX_MISMATCHES_GPU,
+            what,
+        );
     }
 }
 
 #[test]
-fn real_meshes_are_alike() {
+fn real_meshes_match() {
     let (Some(folder), Some(context)) = (shared("data/meshes"), gpu()) else {
         return;
     };
@@ -134,7 +144,7 @@ fn real_meshes_are_alike() {
         let loaded = mesh::load(&path).unwrap().mesh;
         if loaded.triangles().len() < 100_000 {
             let parity = compare_gpu(&mut sweeper, prepared(&loaded, [8; 3]), 8);
-            assert_alike(&parity, FEW, &path.display().to_string());
+            assert_parity(&parity, MAX_MISMATCHES_GPU, &path.display().to_string());
         }
     }
 }
@@ -154,7 +164,7 @@ fn bake(context: &Context, mesh: &TriangleMesh, spec: GridSpec, o: &BakeOptions)
 }
 
 #[test]
-fn a_ball_and_a_box_hide_what_they_should() {
+fn a_ball_and_a_box_have_the_exact_occlusion() {
     let Some(context) = gpu() else { return };
     let ball = Sample::Sphere.mesh(Some(81_920)).unwrap();
     let options = exact_options();
@@ -163,13 +173,14 @@ fn a_ball_and_a_box_hide_what_they_should() {
     analytic::assert_box(&cube, &bake(context, &cube, placed(&cube, 32), &options));
 }
 
-/// Rays in single floats on a lattice differ from double precision where they pass an edge
-/// within some 10⁻⁷ of their length: a silhouette is some cells long a cell of grid, and two in
-/// 10⁷ cells wide there. Ten times that for safety.
-const GRAZING: f64 = 2e-6;
+/// The largest share of texels in which rays in single precision, on a lattice, may differ from
+/// double precision. They differ where a ray passes an edge within some 10⁻⁷ of its length. Per
+/// cell of the grid a silhouette is a few cells long, and 2·10⁻⁷ cells wide there; this is ten
+/// times that for safety.
+const MAX_MISMATCH_RATE: f64 = 2e-6;
 
 #[test]
-fn rays_with_and_without_a_maximum_distance_are_those_of_the_cpu() {
+fn rays_with_and_without_a_maximum_distance_match_the_cpu() {
     let Some(context) = gpu() else { return };
     let mesh = Sample::SpaceShip.mesh(None).unwrap();
     let spec = placed(&mesh, 8);
@@ -194,14 +205,14 @@ fn rays_with_and_without_a_maximum_distance_are_those_of_the_cpu() {
             .sum();
         let texels = bits.cells() * bits.texels();
         println!("{max_distance:?}: {off} of {texels} differ");
-        assert!(f64::from(off) <= 1.0 + GRAZING * texels as f64);
+        assert!(f64::from(off) <= 1.0 + MAX_MISMATCH_RATE * texels as f64);
         assert!(raw.counts.iter().any(|n| *n > 0));
     }
 }
 
-/// The kernel that one can read, the tree and the sweep see the same.
+/// The naive kernel, the BVH and the sweep give the same result.
 #[test]
-fn the_naive_kernel_says_what_the_others_do() {
+fn the_naive_kernel_matches_the_others() {
     let Some(context) = gpu() else { return };
     for (sample, size) in [(Sample::Box, 16), (Sample::Table, 8), (Sample::LShape, 16)] {
         let mesh = sample.mesh(None).unwrap();
@@ -220,14 +231,14 @@ fn the_naive_kernel_says_what_the_others_do() {
             .map(|cell| naive.counts[cell].abs_diff(sweep.counts[cell]))
             .sum();
         assert!(
-            off <= FEW as u32 && naive.counts.iter().any(|n| *n > 0),
+            off <= MAX_MISMATCHES_GPU as u32 && naive.counts.iter().any(|n| *n > 0),
             "{off}"
         );
     }
 }
 
 #[test]
-fn random_rays_are_those_of_the_cpu() {
+fn random_rays_match_the_cpu() {
     let Some(context) = gpu() else { return };
     let mesh = Sample::Robot.mesh(None).unwrap();
     let spec = placed(&mesh, 8);
@@ -257,7 +268,7 @@ fn random_rays_are_those_of_the_cpu() {
 }
 
 #[test]
-fn the_kernel_is_chosen_as_on_the_cpu() {
+fn the_algorithm_is_chosen_as_on_the_cpu() {
     let Some(context) = gpu() else { return };
     let mesh = Sample::Table.mesh(None).unwrap();
     let spec = placed(&mesh, 8);
@@ -282,7 +293,7 @@ fn the_kernel_is_chosen_as_on_the_cpu() {
 }
 
 #[test]
-fn occlusion_alone_makes_the_same_grid() {
+fn baking_occlusion_alone_gives_the_same_occlusion() {
     let Some(context) = gpu() else { return };
     let mesh = Sample::Robot.mesh(None).unwrap();
     let spec = placed(&mesh, 12);
@@ -316,7 +327,7 @@ fn occlusion_alone_makes_the_same_grid() {
 }
 
 #[test]
-fn a_warm_sweeper_gives_the_same_bits_again() {
+fn a_warm_sweeper_gives_the_same_bits() {
     let Some(context) = gpu() else { return };
     let mut warm = Sweeper::new(context);
     for (sample, n, size) in [
@@ -334,17 +345,17 @@ fn a_warm_sweeper_gives_the_same_bits_again() {
     }
 }
 
-/// What `change` says each cell's texels are, of what they were.
-fn changed(
+/// Returns permuted bits: `source` gives the cell and texel that each bit is taken from.
+fn permuted(
     bits: &FaceBits,
     size: u32,
-    change: impl Fn(usize, usize) -> (usize, usize),
+    source: impl Fn(usize, usize) -> (usize, usize),
 ) -> FaceBits {
     let mut all = FaceBits::new(bits.cells(), size);
     for cell in 0..bits.cells() {
         for texel in 0..bits.texels() {
-            let (of_cell, of_texel) = change(cell, texel);
-            if bits.get(of_cell, of_texel) {
+            let (source_cell, source_texel) = source(cell, texel);
+            if bits.get(source_cell, source_texel) {
                 all.set(cell, texel);
             }
         }
@@ -352,9 +363,9 @@ fn changed(
     all
 }
 
-/// The comparison itself: each of these must be noticed.
+/// The comparison itself must detect each of these errors.
 #[test]
-fn the_check_notices_what_is_not_alike() {
+fn the_comparison_detects_wrong_bits() {
     let Some(context) = gpu() else { return };
     let (n, size) = (10_usize, 8_u32);
     let triangles: Vec<Corners> = Sample::Table.mesh(None).unwrap().corners().collect();
@@ -362,11 +373,11 @@ fn the_check_notices_what_is_not_alike() {
     let mut sweeper = Sweeper::new(context);
     let Parity { bits, .. } = compare_gpu(&mut sweeper, mesh(), size);
     let s = size as usize;
-    let shifted = changed(&bits, size, |cell, texel| {
+    let shifted = permuted(&bits, size, |cell, texel| {
         ((cell + 1) % bits.cells(), texel)
     });
-    let mirrored = changed(&bits, size, |cell, texel| {
-        // The first face, left to right.
+    let mirrored = permuted(&bits, size, |cell, texel| {
+        // Mirror the first face left to right.
         let column = texel % s;
         let is_first = texel < s * s;
         (
@@ -378,7 +389,7 @@ fn the_check_notices_what_is_not_alike() {
             },
         )
     });
-    let transposed = changed(&bits, size, |cell, texel| {
+    let transposed = permuted(&bits, size, |cell, texel| {
         let (x, y, z) = (cell % n, cell / n % n, cell / (n * n));
         ((z * n + x) * n + y, texel)
     });
@@ -388,18 +399,21 @@ fn the_check_notices_what_is_not_alike() {
         ("a transposed axis", transposed),
     ] {
         let found = wrong.differences(&bits).len();
-        assert!(found > 100 * FEW, "{what}: {found}");
+        assert!(found > 100 * MAX_MISMATCHES_GPU, "{what}: {found}");
     }
     let spec = *mesh().spec();
     let dropped = mesh_of(&[&triangles[..7], &triangles[8..]].concat());
     let dropped = PreparedMesh::new(&dropped, spec, BakeOptions::SAMPLE_OFFSET).unwrap();
     let dropped = compare_gpu(&mut sweeper, dropped, size).bits;
     let found = dropped.differences(&bits).len();
-    assert!(found > 10 * FEW, "a dropped triangle: {found}");
+    assert!(
+        found > 10 * MAX_MISMATCHES_GPU,
+        "a dropped triangle: {found}"
+    );
 }
 
 #[test]
-fn a_bake_is_watched_and_stopped() {
+fn a_bake_reports_progress_and_can_be_cancelled() {
     let Some(context) = gpu() else { return };
     let mesh = Sample::Table.mesh(None).unwrap();
     let spec = placed(&mesh, 24);
@@ -410,19 +424,19 @@ fn a_bake_is_watched_and_stopped() {
         let mut ready = baker.prepare(&mesh, spec, &options).unwrap();
         let stop = |_: Progress| ControlFlow::Break(());
         assert_eq!(ready.bake(&stop), Err(BakeError::Cancelled));
-        // What it has left behind is not seen again.
-        let most = std::sync::atomic::AtomicUsize::new(0);
+        // The state that a cancelled bake leaves must not affect the next.
+        let max_done = std::sync::atomic::AtomicUsize::new(0);
         let watch = |progress: Progress| {
-            most.fetch_max(progress.done, std::sync::atomic::Ordering::Relaxed);
+            max_done.fetch_max(progress.done, std::sync::atomic::Ordering::Relaxed);
             ControlFlow::Continue(())
         };
         let raw = ready.bake(&watch).unwrap();
-        assert_eq!(most.into_inner(), spec.cell_count());
+        assert_eq!(max_done.into_inner(), spec.cell_count());
         assert_eq!(raw, bake(context, &mesh, spec, &options));
     }
 }
 
-/// A device of this test alone.
+/// Returns a device for one test alone.
 fn own_device(limits: Limits) -> Option<Context> {
     gpu()?;
     let instance = aogrid_baker_gpu::wgpu::Instance::new(
@@ -456,7 +470,7 @@ fn a_lost_device_is_an_error_and_no_panic() {
         drop(ready);
         let again = baker.prepare(&mesh, spec, &options).err();
         assert!(matches!(again, Some(BakeError::Lost(_))), "{again:?}");
-        // A caller's device is noticed to be lost, too.
+        // The loss of a caller's device is detected, too.
         let theirs = own_device(Limits::defaults()).unwrap();
         let ours = Context::from_device(theirs.device(), theirs.queue());
         let mut baker = Baker::new(&ours, None);
@@ -469,11 +483,11 @@ fn a_lost_device_is_an_error_and_no_panic() {
 
 #[test]
 fn small_limits_give_the_same_grid_or_an_error_that_says_so() {
-    let mut least = Limits::defaults();
+    let mut small_limits = Limits::defaults();
     // WebGPU guarantees 128 times this.
-    least.max_storage_buffer_binding_size = 1 << 20;
-    least.max_buffer_size = 1 << 26;
-    let Some(context) = own_device(least) else {
+    small_limits.max_storage_buffer_binding_size = 1 << 20;
+    small_limits.max_buffer_size = 1 << 26;
+    let Some(context) = own_device(small_limits) else {
         return;
     };
     let Some(usual) = gpu() else { return };
@@ -493,7 +507,7 @@ fn small_limits_give_the_same_grid_or_an_error_that_says_so() {
 }
 
 #[test]
-fn an_adapter_that_is_not_there_is_named() {
+fn a_missing_adapter_is_named() {
     let error = Context::new(&Choice::Named("Voodoo 2".into())).err();
     assert!(matches!(error, Some(ContextError::NotFound { .. })));
     let message = error.unwrap().to_string();
@@ -504,7 +518,7 @@ fn an_adapter_that_is_not_there_is_named() {
 }
 
 #[test]
-fn every_baker_finds_the_same_inside() {
+fn every_baker_finds_the_same_interior() {
     let Some(context) = gpu() else {
         return;
     };
@@ -546,7 +560,7 @@ fn every_baker_finds_the_same_inside() {
             assert_eq!(raw.layers, sweep.layers, "{sample:?}");
             assert_eq!(Classification::of(&raw), expected, "{sample:?}");
         }
-        // Where no cell is enclosed layers still tell, and they see without limit.
+        // Layers classify cells even if no cell is enclosed, and ignore the maximum distance.
         let near = BakeOptions {
             max_distance: Some(0.01),
             ..faces

@@ -1,5 +1,5 @@
-//! npm's `ktx-parse` and three.js read our files. Needs Node.js and the npm registry: skipped
-//! where one is missing, unless `AOGRID_NODE=require`.
+//! Tests that npm's `ktx-parse` and three.js read our files. They need Node.js and the npm
+//! registry, and are skipped if one is missing, unless `AOGRID_NODE=require`.
 
 use std::fs;
 use std::path::PathBuf;

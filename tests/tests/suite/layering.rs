@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use crate::cargo::{self, text};
 
-/// What each crate may use of ours; those not named may use all.
+/// The crates of ours that each may use; those not named may use all.
 const ALLOWED: [(&str, &[&str]); 6] = [
     ("aogrid-grid-format", &[]),
     ("aogrid-tables", &[]),

@@ -1,30 +1,32 @@
 //! The cross-crate tests, one binary.
 
-/// Occlusion that is known exactly: a ball, a box, random rays.
+/// Exactly known occlusion: a ball, a box, random rays.
 mod analytic;
-/// Committed sample models are what the generator makes.
+/// Committed models match the generator.
 mod assets;
 /// Answers of cargo about this workspace.
 mod cargo;
-/// The same bytes for any number of threads, and for two runs.
+/// Modules form no circles.
+mod cycles;
+/// Bakes give the same bytes for any number of threads, and in two runs.
 mod determinism;
-/// Light from environments in scenes by their grids.
+/// Environment light in scenes through their grids.
 mod environment_grids;
-/// Light from environments by exact cones, against ray tracing.
+/// Environment light with exact cones, against ray tracing.
 mod environment_light;
-/// Maps of radiance: orientation, range, files.
+/// Environment maps: orientation, range, files.
 mod environments;
 /// Commands and tests resolve the same features.
 mod features;
 /// The GPU baker against rays and exact answers.
 mod gpu;
-/// An instance shades like the equally transformed mesh, baked anew.
+/// Instances shade like the equally transformed mesh, baked again.
 mod instances;
-/// Other programs' readers open our files.
+/// Other programs' readers for our files.
 mod interchange;
-/// The inside of meshes with holes.
+/// The interior of meshes with holes.
 mod interior;
-/// Which crate may use which.
+/// The allowed dependencies between crates.
 mod layering;
 /// Several occluders, multiplied and merged, against ray tracing.
 mod merge;
@@ -34,13 +36,17 @@ mod meshes;
 mod node;
 /// The direction sweep against rays.
 mod parity;
-/// Values per receiver from an independent program.
+/// Receivers' values from an independent program.
 mod reference;
 /// Scene files, cameras, G-buffers.
 mod scenes;
-/// A symmetric mesh gives symmetric counts, exactly.
+/// The source files of the workspace.
+mod sources;
+/// Openings of doc comments, names, lengths.
+mod style;
+/// Symmetric meshes give symmetric counts, exactly.
 mod symmetry;
-/// Every shader through Tint.
+/// Tint's verdict on every shader.
 mod tint;
-/// Ray-traced truth against closed forms.
+/// The path-traced reference against closed forms.
 mod truth;

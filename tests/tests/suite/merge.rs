@@ -15,14 +15,14 @@ use aogrid_runtime::{AogridOccluder, Instance, LinearTexture};
 use glam::{DVec3, Vec3};
 use xtask::scene::{GBuffer, Grids, LoadOptions, Scene, load, parse};
 
-/// How occluders are combined.
+/// The method that combines occluders.
 #[derive(Clone, Copy, Debug)]
 enum Combine {
     Multiply,
     Merge,
 }
 
-/// A scene, its casters' grids, its receivers and their truth.
+/// A scene, its casters' grids, its receivers and their reference AO.
 struct Shading {
     scene: Scene,
     casters: Vec<(AogridOccluder, Arc<Grid>, Arc<LinearTexture>)>,
@@ -33,7 +33,7 @@ struct Shading {
 }
 
 impl Shading {
-    /// At those of the scene's receivers that `chosen` wants.
+    /// Bakes the grids of a scene, and traces the reference AO of `receivers`.
     fn new(scene: Scene, receivers: Vec<Receiver>, samples: u32) -> Self {
         let grids = Grids::new().resolve(&scene, UNOBSERVED).unwrap();
         let texture = |grid: &Option<Arc<Grid>>| grid.as_deref().map(LinearTexture::of_grid);
@@ -64,9 +64,9 @@ impl Shading {
         }
     }
 
-    /// The receivers of a scene's list that lie in every caster's grid, where all is told, and more
-    /// than a cell away from every caster's bounding box: cells inside an object hold what their
-    /// neighbours do.
+    /// Keeps those of a scene's listed receivers that lie in every caster's grid, as AO is unknown
+    /// outside, and more than a cell away from every caster's bounding box, as cells inside an
+    /// object copy their neighbors.
     fn of_list(scene: Scene) -> Self {
         let list = scene.receivers.as_ref().unwrap().lifted();
         let all = Self::new(scene, vec![], 2);
@@ -91,7 +91,7 @@ impl Shading {
         Self::new(all.scene, receivers, 4096)
     }
 
-    /// AO at every receiver, the casters in this order.
+    /// Returns AO at every receiver, the casters in this order.
     fn occlusion(&self, order: &[usize], combine: Combine) -> Vec<f32> {
         let shade = |receiver: &Receiver| {
             let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
@@ -123,7 +123,7 @@ impl Shading {
         (0..self.casters.len()).collect()
     }
 
-    /// RMSE of AO, multiplied and merged, in the scene's order.
+    /// Returns the RMSE of AO, multiplied and merged, in the scene's order.
     fn errors(&self) -> [f64; 2] {
         [Combine::Multiply, Combine::Merge]
             .map(|combine| rmse(&self.occlusion(&self.in_order(), combine), &self.truth))
@@ -144,13 +144,13 @@ fn file(name: &str) -> Scene {
     load(&path, LoadOptions::default()).unwrap()
 }
 
-/// Receivers on the floor around them.
+/// Receivers on the floor around the boxes.
 const FLOOR: &str = "corner = [-2, 0.0001, 2]\nu = [4, 0, 0]\nv = [0, 0, -4]";
 
-/// Receivers on a wall beside them.
+/// Receivers on a wall beside the boxes.
 const WALL: &str = "corner = [0.8, 0, 0.8]\nu = [0, 2, 0]\nv = [0, 0, -1.6]";
 
-/// Unit boxes in sharp grids that reach as far as all receivers do.
+/// Returns unit boxes in grids without a fade that reach all receivers.
 fn boxes(instances: &str, receivers: &str) -> Shading {
     let text = format!(
         "[[mesh]]\nname = 'box'\nsample = 'box'\n[mesh.grid]\nboundary = 'none'\nformat = 'f32'\n\
@@ -169,7 +169,7 @@ fn two_overlapping_boxes_merge_four_times_better_than_they_multiply() {
 }
 
 #[test]
-fn one_occluder_merged_is_its_cone() {
+fn merging_one_occluder_gives_its_cone() {
     let shading = boxes("[[instance]]\nmesh = 'box'", FLOOR);
     let [multiplied, merged] =
         [Combine::Multiply, Combine::Merge].map(|combine| shading.occlusion(&[0], combine));
@@ -179,7 +179,7 @@ fn one_occluder_merged_is_its_cone() {
 }
 
 #[test]
-fn stacked_boxes_merge_better_and_disjoint_ones_alike() {
+fn stacked_boxes_merge_better_and_disjoint_ones_match() {
     let place =
         |y: &str, x: &str| format!("[[instance]]\nmesh = 'box'\ntranslate = [{x}, {y}, 0]\n");
     let stacked = boxes(&(place("0", "0") + &place("1", "0")), WALL).errors();
@@ -190,11 +190,11 @@ fn stacked_boxes_merge_better_and_disjoint_ones_alike() {
         println!("{name}: multiplied {multiplied:.4}, merged {merged:.4}");
     }
     assert!(stacked[1] < stacked[0], "{stacked:?}");
-    // Where objects hide no part of each other, neither is far from the other.
+    // Objects that hide no part of each other: both methods are close.
     assert!((apart[0] - apart[1]).abs() < 0.02, "{apart:?}");
 }
 
-/// Some of the orders of `n` things: each rotation, forwards and backwards.
+/// Returns some permutations of `n` things: each rotation, forwards and backwards.
 fn orders(n: usize) -> Vec<Vec<usize>> {
     let rotated = (0..n).map(|first| (0..n).map(|i| (first + i) % n).collect::<Vec<_>>());
     let both = rotated.flat_map(|order| [order.iter().rev().copied().collect(), order]);
@@ -229,8 +229,8 @@ fn five_boxes_in_any_order_merge_better_than_they_multiply() {
     let best = errors.iter().copied().fold(f64::INFINITY, f64::min);
     let worst = errors.iter().copied().fold(0.0, f64::max);
     let spread = (0..images[0].len()).map(|pixel| {
-        let of = images.iter().map(|image| image[pixel]);
-        let (low, high) = of.fold((1.0_f32, 0.0_f32), |(l, h), v| (l.min(v), h.max(v)));
+        let values = images.iter().map(|image| image[pixel]);
+        let (low, high) = values.fold((1.0_f32, 0.0_f32), |(l, h), v| (l.min(v), h.max(v)));
         high - low
     });
     let spread = spread.fold(0.0, f32::max);
@@ -242,9 +242,9 @@ fn five_boxes_in_any_order_merge_better_than_they_multiply() {
     assert!(worst < multiplied, "{worst} {multiplied}");
 }
 
-/// The union in closed form in place of the table, and what is lost by the table.
+/// Replaces the table by the union in closed form, to measure the error of the table.
 #[test]
-fn the_table_costs_merged_images_little() {
+fn the_merge_table_has_a_small_error() {
     let shading = Shading::of_list(file("overlapping-boxes.toml"));
     let by_table = shading.occlusion(&[0, 1], Combine::Merge);
     let exact = shading.receivers.iter().map(|receiver| {
@@ -263,12 +263,13 @@ fn the_table_costs_merged_images_little() {
     let exact: Vec<f32> = exact.collect();
     let lost = rmse(&by_table, &exact);
     println!("T_merge as a texture: {lost:.5} of AO");
-    // Twice what look-ups err by as a rule (rms), as AO is twice a fraction; and worse near γ = 0.
+    // A look-up's typical (rms) error is 2.8e-4, and twice that for AO, as AO is twice a fraction.
+    // The factor 4 allows for larger errors near γ = 0.
     assert!(lost <= 4.0 * 2.0 * 2.8e-4, "{lost}");
 }
 
 #[test]
-fn the_robot_s_parts_look_like_the_truth_either_way() {
+fn the_robot_s_parts_match_the_reference_multiplied_and_merged() {
     for boundary in ["jgt", "none"] {
         let mut scene = file("robot.toml");
         for mesh in &mut scene.meshes {
@@ -288,7 +289,7 @@ fn the_robot_s_parts_look_like_the_truth_either_way() {
         let shading = Shading::new(scene, receivers.collect(), 1024);
         let [multiplied, merged] = shading.errors();
         println!("figure 9, {boundary}: multiplied {multiplied:.4}, merged {merged:.4}");
-        // What anyone would see.
+        // Larger errors would be visible to anyone.
         assert!(multiplied < 0.15 && merged < 0.15);
     }
 }

@@ -5,7 +5,7 @@ use aogrid_bake_core::{BakeOptions, Placement};
 use aogrid_grid_format::{Grid, Method};
 use aogrid_tests::{grid, shared};
 
-/// What the data folder's README says of a mesh; its numbers come from other programs.
+/// A mesh's properties as listed in the data folder's README; the numbers come from other programs.
 struct Expected {
     file: String,
     triangles: usize,
@@ -14,7 +14,8 @@ struct Expected {
     non_manifold_edges: usize,
 }
 
-/// Rows of the README's table: file, triangles, vertices, closed?, boundary / non-manifold …
+/// Parses the rows of the README's table: file, triangles, vertices, closed?, boundary /
+/// non-manifold …
 fn expected(readme: &str) -> Vec<Expected> {
     let rows = readme
         .lines()
@@ -34,9 +35,10 @@ fn expected(readme: &str) -> Vec<Expected> {
     rows.map(parse).collect()
 }
 
-/// Sponza's polygons are cut properly here and as fans there: no more triangles than a fan
-/// has, and a handful fewer where a corner lies on a straight line.
-const CUT_DIFFERENTLY: &str = "meshes/sponza_dabrovic.obj";
+/// A mesh that is triangulated in two ways. Sponza's polygons are triangulated properly here and as
+/// fans there: our mesh has no more triangles than fans have, and a few fewer if a corner lies on a
+/// straight line.
+const TRIANGULATED_DIFFERENTLY: &str = "meshes/sponza_dabrovic.obj";
 
 #[test]
 fn reports_agree_with_other_programs() {
@@ -56,7 +58,7 @@ fn reports_agree_with_other_programs() {
         let loaded = mesh::load(&folder.join(&file)).unwrap();
         let report = MeshReport::new(&loaded.mesh);
         println!("{file}: {report:?}");
-        if file == CUT_DIFFERENTLY {
+        if file == TRIANGULATED_DIFFERENTLY {
             assert!(
                 (triangles - 100..=triangles).contains(&report.triangles),
                 "{file}"
@@ -70,8 +72,8 @@ fn reports_agree_with_other_programs() {
     }
 }
 
-/// At a low resolution, so that it takes seconds: that every real mesh bakes into a grid that
-/// reads back. How it looks is for eyes: `cargo xtask slices`.
+/// Every real mesh bakes into a grid that reads back. The resolution is low, so that it takes
+/// seconds. To look at a grid, use `cargo xtask slices`.
 #[test]
 fn every_real_mesh_bakes() {
     let Some(folder) = shared("data/meshes") else {

@@ -1,5 +1,5 @@
-//! Node.js with other programs' packages, to try our files and shaders on. Where it, or the npm
-//! registry, is missing tests skip, and say so, unless `AOGRID_NODE=require`.
+//! Node.js with other programs' packages, which read our files and shaders. If it or the npm
+//! registry is missing, tests are skipped with a note, unless `AOGRID_NODE=require`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,12 +8,13 @@ use std::sync::OnceLock;
 
 use aogrid_tests::skip;
 
-/// Whether a missing Node.js is a failure.
+/// The environment variable that makes a missing Node.js a failure.
 const VARIABLE: &str = "AOGRID_NODE";
 
 const FILES: [&str; 3] = ["package.json", "check.mjs", "tint.mjs"];
 
-/// A folder with the scripts of `tests/node` and the packages that they use, or none, with a note.
+/// Returns a folder with the scripts of `tests/node` and the packages that they use, or `None` with
+/// a note.
 pub(crate) fn node() -> Option<&'static PathBuf> {
     static INSTALLED: OnceLock<Result<PathBuf, String>> = OnceLock::new();
     match INSTALLED.get_or_init(install) {

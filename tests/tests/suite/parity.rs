@@ -11,7 +11,7 @@ use aogrid_tests::{files_with_ending, mesh_of, shared};
 use proptest::prelude::*;
 use xtask::parity::{Parity, graze};
 
-/// The grid of a default bake at `resolution`, with the mesh on its lattice.
+/// Returns the mesh on the lattice of a default bake's grid at `resolution`.
 pub(crate) fn prepared(mesh: &TriangleMesh, resolution: [u32; 3]) -> PreparedMesh {
     let placement = Placement {
         resolution,
@@ -26,7 +26,7 @@ pub(crate) fn compare(mesh: &PreparedMesh, size: u32) -> Parity {
     Parity::new(mesh, size, bake.unwrap())
 }
 
-pub(crate) fn assert_alike(parity: &Parity, allowed: usize, what: &str) {
+pub(crate) fn assert_parity(parity: &Parity, allowed: usize, what: &str) {
     let found = parity.differences.len();
     println!(
         "{what}: {found} of {} texels differ, {} are occluded",
@@ -39,16 +39,17 @@ pub(crate) fn assert_alike(parity: &Parity, allowed: usize, what: &str) {
     assert_eq!(parity.fault(), None, "{what}");
 }
 
-/// Where a column is close, double precision decides, for rays and sweep alike: nothing is left
-/// that a few million texels would show.
-const NONE: usize = 0;
+/// The largest number of mismatches of the CPU's sweep. Double precision decides close cases, for
+/// rays and sweep alike, so a few million texels show none.
+const MAX_MISMATCHES_CPU: usize = 0;
 
-/// Single floats alone show a promised difference once in a hundred small comparisons, and one
-/// must not fail a test: what they are after is hundreds.
-pub(crate) const FEW: usize = 1;
+/// The largest number of mismatches of the GPU's sweep. Single floats alone show a permitted
+/// mismatch once in a hundred small comparisons, and one must not fail a test: the errors to be
+/// found cause hundreds.
+pub(crate) const MAX_MISMATCHES_GPU: usize = 1;
 
 #[test]
-fn samples_are_alike_at_any_resolution_and_face_size() {
+fn models_match_at_any_resolution_and_face_size() {
     for (sample, resolution, size) in [
         (Sample::Table, [12, 9, 10], 16),
         (Sample::Robot, [16, 21, 11], 8),
@@ -58,7 +59,7 @@ fn samples_are_alike_at_any_resolution_and_face_size() {
         (Sample::LShape, [8, 8, 8], 128),
     ] {
         let mesh = prepared(&sample.mesh(None).unwrap(), resolution);
-        assert_alike(&compare(&mesh, size), NONE, sample.name());
+        assert_parity(&compare(&mesh, size), MAX_MISMATCHES_CPU, sample.name());
     }
 }
 
@@ -76,13 +77,13 @@ pub(crate) type Corners = [[f32; 3]; 3];
 pub(crate) fn soup(n: usize, size: f32) -> Vec<Corners> {
     let mut next = numbers(n as u32);
     let mut triangle = || {
-        let centre = [next(), next(), next()];
-        [(); 3].map(|()| std::array::from_fn(|x| centre[x] + size * next()))
+        let center = [next(), next(), next()];
+        [(); 3].map(|()| std::array::from_fn(|x| center[x] + size * next()))
     };
     (0..n).map(|_| triangle()).collect()
 }
 
-/// A box as twelve triangles.
+/// Returns a box as twelve triangles.
 fn cuboid(min: [f32; 3], max: [f32; 3]) -> Vec<Corners> {
     let mut triangles = Vec::new();
     for axis in 0..3 {
@@ -106,17 +107,17 @@ fn cuboid(min: [f32; 3], max: [f32; 3]) -> Vec<Corners> {
     triangles
 }
 
-fn turned_over(t: &Corners) -> Corners {
+fn flipped(t: &Corners) -> Corners {
     [t[0], t[2], t[1]]
 }
 
 #[test]
-fn broken_meshes_are_alike() {
+fn broken_meshes_match() {
     let robot: Vec<Corners> = Sample::Robot.mesh(None).unwrap().corners().collect();
     let open: Vec<Corners> = robot.iter().step_by(2).copied().collect();
     let wound: Vec<Corners> = (0..)
         .zip(&robot)
-        .map(|(i, t)| if i % 3 == 0 { turned_over(t) } else { *t })
+        .map(|(i, t)| if i % 3 == 0 { flipped(t) } else { *t })
         .collect();
     let duplicated = [&robot[..], &robot, &open].concat();
     let flat: Vec<Corners> = robot
@@ -142,30 +143,30 @@ fn broken_meshes_are_alike() {
     ];
     for (what, triangles) in cases {
         let mesh = prepared(&mesh_of(&triangles), [16, 12, 17]);
-        assert_alike(&compare(&mesh, 16), NONE, what);
+        assert_parity(&compare(&mesh, 16), MAX_MISMATCHES_CPU, what);
     }
 }
 
 #[test]
-fn five_thousand_random_triangles_are_alike() {
+fn five_thousand_random_triangles_match() {
     let mesh = prepared(&mesh_of(&soup(5000, 0.2)), [16; 3]);
-    assert_alike(&compare(&mesh, 16), NONE, "soup");
+    assert_parity(&compare(&mesh, 16), MAX_MISMATCHES_CPU, "soup");
 }
 
 #[test]
 fn winding_and_welding_do_not_matter() {
     let mesh = Sample::SpaceShip.mesh(None).unwrap();
     let split: Vec<Corners> = mesh.corners().collect();
-    let turned: Vec<Corners> = split.iter().map(turned_over).collect();
+    let turned: Vec<Corners> = split.iter().map(flipped).collect();
     let bits = |mesh: &TriangleMesh| compare(&prepared(mesh, [12; 3]), 16).bits;
     let whole = bits(&mesh);
     assert_eq!(whole, bits(&mesh_of(&split)));
     assert_eq!(whole, bits(&mesh_of(&turned)));
 }
 
-/// Boxes with their faces on cell centres, where rounding has no say: none may differ.
+/// Boxes with their faces on cell centers, which are not rounded: no texel may differ.
 #[test]
-fn boxes_on_the_lattice_are_the_same() {
+fn boxes_on_the_lattice_match_exactly() {
     let spec = GridSpec::new([16; 3], [0.0; 3], [8.0; 3]).unwrap();
     let city: Vec<Corners> = (0..12_u8)
         .flat_map(|i| {
@@ -178,13 +179,13 @@ fn boxes_on_the_lattice_are_the_same() {
         let mesh = mesh_of(&triangles);
         let mesh = PreparedMesh::new(&mesh, spec, BakeOptions::SAMPLE_OFFSET).unwrap();
         for size in [8, 16] {
-            assert_alike(&compare(&mesh, size), 0, "boxes");
+            assert_parity(&compare(&mesh, size), 0, "boxes");
         }
     }
 }
 
-/// A stack of sheets, and as many upon each other: sums far beyond what a byte holds, also
-/// exact multiples of what it wraps at.
+/// Stacks of sheets, and coincident sheets: layer counts far beyond what a byte holds, also exact
+/// multiples of 256, at which it wraps.
 #[test]
 fn hundreds_of_layers_are_counted() {
     let copies = |n: usize| -> Vec<Corners> { stack_of_sheets(1).repeat(n) };
@@ -201,11 +202,15 @@ fn hundreds_of_layers_are_counted() {
     let few = [cuboid([-1.0, 0.0, -1.0], [1.0, 0.3, 1.1])].concat();
     for (what, triangles) in cases {
         let mesh = mesh_of(&[&triangles[..], &few[..1]].concat());
-        assert_alike(&compare(&prepared(&mesh, [8, 12, 8]), 8), NONE, what);
+        assert_parity(
+            &compare(&prepared(&mesh, [8, 12, 8]), 8),
+            MAX_MISMATCHES_CPU,
+            what,
+        );
     }
 }
 
-/// So many sheets, a thousandth above each other.
+/// Returns `n` sheets, each a thousandth above the previous one.
 pub(crate) fn stack_of_sheets(n: u16) -> Vec<Corners> {
     let sheet = |y: f32| {
         let [a, b, c, d] = [
@@ -220,18 +225,18 @@ pub(crate) fn stack_of_sheets(n: u16) -> Vec<Corners> {
 }
 
 #[test]
-fn a_grid_inside_the_mesh_is_alike() {
+fn a_grid_inside_the_mesh_matches() {
     let mesh = Sample::Robot.mesh(None).unwrap();
     for (resolution, extents) in [([8; 3], [0.1, 0.05, 0.1]), ([8, 40, 9], [0.02; 3])] {
         let spec = GridSpec::new(resolution, mesh.bounds().center(), extents).unwrap();
         let mesh = PreparedMesh::new(&mesh, spec, BakeOptions::SAMPLE_OFFSET).unwrap();
         assert!(mesh.lattice().bits() < 19);
-        assert_alike(&compare(&mesh, 16), NONE, "inside");
+        assert_parity(&compare(&mesh, 16), MAX_MISMATCHES_CPU, "inside");
     }
 }
 
 #[test]
-fn moments_are_those_of_the_images() {
+fn moments_match_the_bits() {
     let mesh = prepared(&Sample::Robot.mesh(None).unwrap(), [9, 8, 14]);
     for size in [8, 16, 21] {
         let Parity { raw, bits, .. } = compare(&mesh, size);
@@ -258,13 +263,13 @@ fn a_warm_sweeper_and_any_number_of_threads_give_the_same_bits() {
     ];
     let mut warm = Sweeper::new();
     for (mesh, size) in [(&table, 16), (&ship, 9), (&table, 8), (&ship, 20)] {
-        // Whatever a bake that was given up has left must not be seen in the next.
-        let give_up = |progress: Progress| match 2 * progress.done > progress.total {
+        // The state that a cancelled bake leaves must not affect the next.
+        let cancel = |progress: Progress| match 2 * progress.done > progress.total {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         };
-        let given_up = warm.bake(mesh, size, &give_up);
-        assert_eq!(given_up, Err(BakeError::Cancelled));
+        let cancelled = warm.bake(mesh, size, &cancel);
+        assert_eq!(cancelled, Err(BakeError::Cancelled));
         let expected = warm.bake(mesh, size, UNOBSERVED).unwrap();
         for threads in [1, 2, 5] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
@@ -274,9 +279,9 @@ fn a_warm_sweeper_and_any_number_of_threads_give_the_same_bits() {
     }
 }
 
-/// The comparison itself: each of these must be noticed.
+/// The comparison itself must detect each of these errors.
 #[test]
-fn the_check_notices_what_is_not_alike() {
+fn the_comparison_detects_changed_meshes() {
     let whole: Vec<Corners> = Sample::Table.mesh(None).unwrap().corners().collect();
     let mesh = prepared(&mesh_of(&whole), [12; 3]);
     let Parity { bits, .. } = compare(&mesh, 8);
@@ -297,19 +302,19 @@ fn the_check_notices_what_is_not_alike() {
     }
 }
 
-/// One cell sees one edge along a row of its texels, closer than single floats tell apart: three
-/// of them were wrong before double precision decided.
+/// One cell sees an edge along a row of its texels, closer than single floats can tell: three of
+/// the texels were wrong before double precision decided.
 #[test]
-fn an_edge_along_a_row_of_texels_is_alike() {
+fn an_edge_along_a_row_of_texels_matches() {
     let mesh = mesh_of(&[[[0.0, 1.0, -1.0], [-4.0, 0.0, -1.0], [0.0; 3]]]);
     let spec = GridSpec::new([10, 10, 11], [0.25, 0.0, -0.125], [7.0, 6.0, 8.0]).unwrap();
     let mesh = PreparedMesh::new(&mesh, spec, BakeOptions::SAMPLE_OFFSET).unwrap();
-    assert_alike(&compare(&mesh, 14), NONE, "a triangle");
+    assert_parity(&compare(&mesh, 14), MAX_MISMATCHES_CPU, "a triangle");
 }
 
-/// Low resolutions and faces, so that it takes seconds.
+/// Resolutions and face sizes are low, so that this takes seconds.
 #[test]
-fn real_meshes_are_alike() {
+fn real_meshes_match() {
     let Some(folder) = shared("data/meshes") else {
         return;
     };
@@ -319,14 +324,14 @@ fn real_meshes_are_alike() {
             continue;
         }
         let parity = compare(&prepared(&loaded, [8; 3]), 8);
-        assert_alike(&parity, NONE, &path.display().to_string());
+        assert_parity(&parity, MAX_MISMATCHES_CPU, &path.display().to_string());
     }
 }
 
-/// How it goes with other faces: `cargo test -p aogrid-tests -- --ignored --nocapture faces_of`.
+/// Compares other face sizes: `cargo test -p aogrid-tests -- --ignored --nocapture faces_of`.
 #[test]
 #[ignore = "a billion rays take minutes"]
-fn faces_of_other_sizes_are_alike() {
+fn faces_of_other_sizes_match() {
     let Some(folder) = shared("data/meshes") else {
         return;
     };
@@ -334,7 +339,11 @@ fn faces_of_other_sizes_are_alike() {
         let mesh = prepared(&mesh::load(&folder.join(name)).unwrap().mesh, [16; 3]);
         for size in [8, 11, 16, 24, 32, 64, 128] {
             let parity = compare(&mesh, size);
-            assert_alike(&parity, NONE, &format!("{name}, faces of {size}"));
+            assert_parity(
+                &parity,
+                MAX_MISMATCHES_CPU,
+                &format!("{name}, faces of {size}"),
+            );
         }
     }
 }
@@ -342,10 +351,10 @@ fn faces_of_other_sizes_are_alike() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// A few vertices and any triangles over them: open, non-manifold, degenerate, at rest on
+    /// Compares a few vertices and any triangles over them: open, non-manifold, degenerate, on
     /// whole numbers where faces and edges coincide.
     #[test]
-    fn any_small_mesh_is_alike(
+    fn any_small_mesh_matches(
         points in prop::collection::vec([-4_i8..5, -4_i8..5, -4_i8..5], 3..10),
         corners in prop::collection::vec([0_u32..10, 0_u32..10, 0_u32..10], 1..20),
         resolution in [8_u32..14, 8_u32..14, 8_u32..14],

@@ -1,4 +1,4 @@
-//! Against an independent program's values: placement, faces, interior fill, boundary
+//! Compares with an independent program's values: placement, faces, interior fill, boundary
 //! treatment, look-up and T_clip in one chain. See the README beside the data.
 
 use std::collections::HashMap;
@@ -11,16 +11,17 @@ use aogrid_runtime::shading::{aogrid_axis, aogrid_cos_beta};
 use aogrid_tables::clip;
 use aogrid_tests::{Shaded, cells_around, exact_options, files_with_ending, finish, raw, shared};
 
-/// The endings of the columns, and the boundary treatment each was made with.
+/// The suffixes of the columns, and the boundary treatment each was made with.
 const TREATMENTS: [(&str, BoundaryMode); 3] = [
     ("none", BoundaryMode::None),
     ("jgt", BoundaryMode::Jgt),
     ("rr", BoundaryMode::Rr),
 ];
 
-/// The other program prints five decimals: half a step, and as much again for single floats,
-/// which AO = 2a doubles and treatments steepen by up to 0.3/(0.3 − V_M) < 1.8.
-const PRINTED: f64 = 1e-5;
+/// The tolerance of printed values. The other program prints five decimals: half a step, and as
+/// much again for single floats. AO = 2a doubles both, and treatments amplify them by up to
+/// 0.3/(0.3 − V_M) < 1.8.
+const PRINT_TOLERANCE: f64 = 1e-5;
 
 struct Receiver {
     position: [f64; 3],
@@ -69,7 +70,7 @@ fn treated(raw: &RawGrid, boundary: BoundaryMode) -> Grid {
 }
 
 #[test]
-fn the_largest_value_at_the_boundary_of_the_box_is_known() {
+fn the_largest_boundary_value_of_the_box_matches() {
     let Some(folder) = shared("reference") else {
         return;
     };
@@ -78,7 +79,7 @@ fn the_largest_value_at_the_boundary_of_the_box_is_known() {
     assert_eq!(format!("{:.3}", boundary.v_m), "0.083");
 }
 
-/// AO with exact arithmetic in place of T_clip's texture: only the look-up is the runtime's.
+/// Returns AO with the closed form in place of T_clip's texture: only the look-up is the runtime's.
 fn without_table(shaded: &Shaded, receiver: &Receiver) -> f64 {
     let Some([x, y, z, a]) = shaded.texel(receiver.position()) else {
         return 0.0;
@@ -89,7 +90,7 @@ fn without_table(shaded: &Shaded, receiver: &Receiver) -> f64 {
 }
 
 #[test]
-fn receivers_see_what_the_independent_program_says() {
+fn receivers_match_the_independent_program() {
     let Some(folder) = shared("reference") else {
         return;
     };
@@ -110,8 +111,8 @@ fn receivers_see_what_the_independent_program_says() {
     assert!(compared > 23_000, "{compared}");
 }
 
-/// Compares the receivers of a scene that lie away from interior cells: the papers do not say
-/// how those are filled, and the other program does it in its own way.
+/// Compares the receivers of a scene that lie away from interior cells: the papers leave their fill
+/// open, and the other program has its own. Returns the number of receivers.
 fn compare(
     receivers: &[Receiver],
     scene: &str,
@@ -140,27 +141,29 @@ fn compare(
     }
     println!("{scene} {treatment}: {n} receivers, off by at most {worst:?}");
     assert!(
-        worst.iter().all(|&worst| worst <= PRINTED),
+        worst.iter().all(|&worst| worst <= PRINT_TOLERANCE),
         "{scene} {treatment}: {worst:?}"
     );
     n
 }
 
-/// What the runtime may add to the model: an 8-bit grid, T_clip's texture, single floats.
-const RUNTIME_RMSE: f64 = 0.003;
+/// The largest RMSE that the runtime may add to the model: an 8-bit grid, T_clip's texture, single
+/// floats.
+const MAX_RUNTIME_RMSE: f64 = 0.003;
 
-/// How far the error against truth, RMS over scenes, may be from the independent program's.
-const RMS_SHARE: f64 = 0.05;
+/// The largest relative difference between our error against the truth, RMS over scenes, and the
+/// independent program's.
+const MAX_RMS_DEVIATION: f64 = 0.05;
 
-/// The 8-bit grids that a default bake makes, but for where its samples lie.
-fn as_shipped(raw: &RawGrid, boundary: BoundaryMode) -> Grid {
+/// Returns the 8-bit grid of a default bake, except for the sample positions.
+fn default_grid(raw: &RawGrid, boundary: BoundaryMode) -> Grid {
     let mut options = exact_options();
     options.boundary = boundary;
     options.format = TexelFormat::Unorm8;
     finish(raw.clone(), &Placement::default(), &options)
 }
 
-/// Sums over receivers: of squared differences from the same column and from truth.
+/// Sums over receivers, of squared differences from the same column and from the truth.
 #[derive(Clone, Copy, Default)]
 struct Errors {
     n: f64,
@@ -170,7 +173,7 @@ struct Errors {
 }
 
 #[test]
-fn what_is_shipped_shades_as_well_as_the_independent_program_says() {
+fn default_grids_are_as_accurate_as_the_independent_program_s() {
     let Some(folder) = shared("reference") else {
         return;
     };
@@ -182,7 +185,7 @@ fn what_is_shipped_shades_as_well_as_the_independent_program_says() {
     for name in ["box", "lshape", "table", "torus"] {
         let raw = reference_raw(&folder, name);
         for (treatment, boundary) in TREATMENTS {
-            let grid = as_shipped(&raw, boundary);
+            let grid = default_grid(&raw, boundary);
             for csv in &scenes {
                 let scene = csv.file_name().unwrap().to_string_lossy();
                 if !scene.starts_with(name) {
@@ -198,7 +201,7 @@ fn what_is_shipped_shades_as_well_as_the_independent_program_says() {
                     // On a mesh's own surface every look-up may touch an interior cell.
                     let compared = errors.away > 0.0 || on_itself;
                     assert!(
-                        compared && (rmse.is_nan() || rmse <= RUNTIME_RMSE),
+                        compared && (rmse.is_nan() || rmse <= MAX_RUNTIME_RMSE),
                         "{scene} {column}: {rmse}"
                     );
                     let squares = squares.entry((kind, column)).or_default();
@@ -213,7 +216,7 @@ fn what_is_shipped_shades_as_well_as_the_independent_program_says() {
         let expected = summary["rms_over_scenes"][kind][&column].as_f64().unwrap();
         println!("{kind} {column}: {rms:.4}, {expected}");
         assert!(
-            (rms / expected - 1.0).abs() <= RMS_SHARE,
+            (rms / expected - 1.0).abs() <= MAX_RMS_DEVIATION,
             "{kind} {column}: {rms} for {expected}"
         );
     }

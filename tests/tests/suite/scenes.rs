@@ -1,4 +1,5 @@
-//! Scenes: the committed ones, cameras and G-buffers, and the independent program's truth.
+//! Tests of the committed scenes, cameras and G-buffers, and of the reference against an
+//! independent program's truth.
 
 use std::path::{Path, PathBuf};
 
@@ -19,7 +20,7 @@ fn scene(text: &str) -> Scene {
 }
 
 #[test]
-fn every_committed_scene_can_be_read_and_seen() {
+fn every_committed_scene_loads_and_shows_its_casters() {
     for path in files_with_ending(&folder(), ".toml") {
         let mut scene = load(&path, LoadOptions::default()).unwrap();
         // A few pixels are enough to see that the camera looks at something.
@@ -66,8 +67,9 @@ fn grids_are_baked_once_each_with_the_options_of_the_scene() {
     assert!(std::sync::Arc::ptr_eq(again[0].as_ref().unwrap(), a));
 }
 
-/// A unit cube turned, lifted and mirrored, so that its triangles wind inside out, over a floor.
-fn cameras(camera: &str) -> Scene {
+/// Returns a unit cube over a floor, rotated, lifted and mirrored, so that its triangles wind
+/// inside out.
+fn camera_scene(camera: &str) -> Scene {
     scene(&format!(
         "[camera]\nresolution = [64, 48]\n{camera}\n\
          [[mesh]]\nname = 'box'\nsample = 'box'\n[[mesh]]\nname = 'floor'\nrectangle = [9, 9]\n\
@@ -84,7 +86,7 @@ fn pixels_see_the_points_that_project_onto_them() {
         "position = [2, 1.5, 3]\ntarget = [0, 0.5, 0]\nheight = 3",
         "position = [0, 5, 0]\ntarget = [0, 0, 0]",
     ] {
-        let scene = cameras(camera);
+        let scene = camera_scene(camera);
         let camera = scene.camera.as_ref().unwrap();
         let gbuffer = GBuffer::trace(&scene, UNOBSERVED).unwrap();
         let clip_from_world = camera.clip_from_world(0.1, 100.0);
@@ -105,11 +107,11 @@ fn pixels_see_the_points_that_project_onto_them() {
             let normal = DVec3::from(gbuffer.normals[idx].map(f64::from));
             assert!((normal.length() - 1.0).abs() < 1e-6);
             let [_, direction] = camera.ray([(idx % 64) as u32, (idx / 64) as u32]);
-            assert!(normal.dot(direction) < 0.0, "it looks away");
+            assert!(normal.dot(direction) < 0.0, "the normal faces away");
             match id {
                 7 => assert!(position.y.abs() < 1e-6 && normal.y == 1.0),
                 300 => assert!((0.25..1.2501).contains(&position.y)),
-                _ => panic!("nobody has id {id}"),
+                _ => panic!("no instance has id {id}"),
             }
             seen[usize::from(id == 300)] += 1;
         }
@@ -142,11 +144,11 @@ fn a_world_with_z_up_is_the_same_world_turned() {
     }
 }
 
-/// Noise of both: 4,096 rays each.
-const BOTH_NOISES: f64 = 2e-3;
+/// The largest RMSE: the noise of both programs, 4,096 rays each.
+const MAX_RMSE: f64 = 2e-3;
 
 #[test]
-fn truth_is_what_the_independent_program_says() {
+fn the_reference_matches_the_independent_program() {
     if shared("reference").is_none() {
         return;
     }
@@ -158,7 +160,7 @@ fn truth_is_what_the_independent_program_says() {
         let casters = scene.flattened(|i| i.casts).unwrap().unwrap();
         let occluder = Occluder::new(&casters);
         let lighting = Lighting::default();
-        // Every third receiver: the whole takes `render --mode truth`.
+        // Every third receiver; `render --mode truth` shades all of them.
         let chosen: Vec<usize> = (0..list.points.len()).step_by(3).collect();
         let receivers: Vec<_> = list.lifted().into_iter().step_by(3).collect();
         let shades = shade(
@@ -175,7 +177,7 @@ fn truth_is_what_the_independent_program_says() {
         });
         let rmse = (squares.sum::<f64>() / chosen.len() as f64).sqrt();
         println!("{}: RMSE {rmse:.5}", path.display());
-        assert!(rmse <= BOTH_NOISES, "{}: {rmse}", path.display());
+        assert!(rmse <= MAX_RMSE, "{}: {rmse}", path.display());
         worst = worst.max(rmse);
         scenes += 1;
     }

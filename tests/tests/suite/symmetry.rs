@@ -9,7 +9,7 @@ fn small() -> Placement {
     }
 }
 
-/// Counts of cells that mirror each other across the middle of `axis`.
+/// Returns the counts of cells that mirror each other across the middle of `axis`.
 fn pairs(grid: &RawGrid, axis: usize) -> impl Iterator<Item = (u32, u32)> + '_ {
     (0..grid.counts.len()).map(move |idx| {
         let mut cell = grid.spec.cell_at(idx);
@@ -55,8 +55,8 @@ fn mirrored_soups_have_mirrored_counts() {
     for axis in 0..3 {
         let half: Vec<[[f32; 3]; 3]> = (0..60)
             .map(|_| {
-                let centre = [next(), next(), next()];
-                [(); 3].map(|()| std::array::from_fn(|x| centre[x] + 0.3 * next()))
+                let center = [next(), next(), next()];
+                [(); 3].map(|()| std::array::from_fn(|x| center[x] + 0.3 * next()))
             })
             .collect();
         let mirror = |t: &[[f32; 3]; 3]| {
@@ -72,7 +72,7 @@ fn mirrored_soups_have_mirrored_counts() {
 }
 
 #[test]
-fn the_check_notices_an_asymmetric_mesh() {
+fn the_check_detects_an_asymmetric_mesh() {
     let mesh = Sample::LShape.mesh(None).unwrap();
     let grid = raw(&mesh, &small(), &exact_options());
     assert!(pairs(&grid, 0).any(|(a, b)| a != b));
@@ -87,7 +87,7 @@ fn moving_and_scaling_by_powers_of_two_changes_nothing() {
         extent: Extent::HalfExtents([1.5 * scale; 3]),
         ..small()
     };
-    // Sums with an offset round; those with multiples of it that are exact do not.
+    // Coordinates are multiples of 2⁻¹², so that adding the offset is exact; in general it rounds.
     let rounded: Vec<_> = corners
         .iter()
         .map(|t| t.map(|p| p.map(|v| (v * 4096.0).round() / 4096.0)))

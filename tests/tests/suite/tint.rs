@@ -1,5 +1,5 @@
-//! Every shader through a second front end: Tint, which Chromium and Dawn compile WGSL with, by
-//! way of npm's `webgpu` and its null backend. It refuses what browsers refuse.
+//! Compiles every shader with a second front end: Tint, which compiles WGSL in Chromium and Dawn,
+//! by way of npm's `webgpu` and its null backend. It rejects what browsers reject.
 
 use std::io::Write;
 use std::process::{Command, Stdio};
@@ -9,8 +9,8 @@ use serde_json::{Value, json};
 
 use crate::node::node;
 
-/// What Tint and Dawn say of each shader: nothing, or what is wrong. With an entry point, a
-/// compute pipeline is made, too, within WebGPU's default limits.
+/// Returns the messages of Tint and Dawn for each shader, empty if it is valid. With an entry
+/// point, a compute pipeline is made, too, within WebGPU's default limits.
 fn messages(shaders: &[Value]) -> Option<Vec<(String, String)>> {
     let mut tint = Command::new("node")
         .arg("tint.mjs")
@@ -27,7 +27,7 @@ fn messages(shaders: &[Value]) -> Option<Vec<(String, String)>> {
 }
 
 #[test]
-fn every_shader_passes() {
+fn every_shader_is_valid() {
     let mut shaders: Vec<Value> = aogrid_baker_gpu::shaders()
         .iter()
         .map(|s| json!({ "name": s.name, "code": s.source, "entryPoint": s.entry_point }))
@@ -52,9 +52,9 @@ fn every_shader_passes() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// What naga lets pass and browsers do not.
+/// Shaders that naga accepts and browsers reject.
 #[test]
-fn what_browsers_refuse_is_refused() {
+fn shaders_that_browsers_reject_are_rejected() {
     let barrier = "@compute @workgroup_size(64)
         fn f(@builtin(local_invocation_index) i: u32) { if i > 3u { workgroupBarrier(); } }";
     let memory = "var<workgroup> much: array<u32, 8192>;

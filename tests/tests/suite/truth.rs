@@ -1,4 +1,4 @@
-//! Truth itself against what needs no rays: closed forms, its own error, itself.
+//! Tests of the path-traced reference against closed forms, its own error estimate, and itself.
 
 use std::ops::ControlFlow;
 
@@ -10,25 +10,25 @@ use aogrid_baker_cpu::truth::{
 };
 use aogrid_tests::{form_factor, mesh_of};
 
-/// What the project promises at the default number of samples, over the receivers of a scene.
-const PROMISE: f64 = 1e-3;
+/// The largest RMSE over the receivers of a scene, at the default number of samples.
+const MAX_RMSE: f64 = 1e-3;
 
 const UP: [f64; 3] = [0.0, 1.0, 0.0];
 
 /// A scene whose occlusion is known.
-struct Known {
+struct KnownScene {
     name: &'static str,
     mesh: TriangleMesh,
     receivers: Vec<Receiver>,
     expected: Vec<f64>,
 }
 
-/// Receivers on the floor, looking up, each somewhere else.
-fn floor(place: impl Fn(f64, f64) -> Option<[f64; 2]>) -> Vec<Receiver> {
+/// Returns receivers on the floor, facing up, each at another position.
+fn floor(position_at: impl Fn(f64, f64) -> Option<[f64; 2]>) -> Vec<Receiver> {
     let n = 16;
     let step = |i: i32| (f64::from(i) + 0.37) / f64::from(n);
     let squares = (0..n * n).map(|idx| [step(idx % n), step(idx / n)]);
-    let placed = squares.filter_map(|[u, v]| place(u, v));
+    let placed = squares.filter_map(|[u, v]| position_at(u, v));
     placed
         .map(|[x, z]| Receiver {
             position: [x, 0.0, z],
@@ -37,7 +37,7 @@ fn floor(place: impl Fn(f64, f64) -> Option<[f64; 2]>) -> Vec<Receiver> {
         .collect()
 }
 
-/// Two triangles for each quad.
+/// Returns two triangles for each quad.
 fn quads(quads: &[[[f64; 3]; 4]]) -> TriangleMesh {
     let triangles = quads.iter().flat_map(|q| {
         let [a, b, c, d] = q.map(|p| p.map(|v| v as f32));
@@ -51,9 +51,9 @@ fn known(
     mesh: TriangleMesh,
     receivers: Vec<Receiver>,
     ao: impl Fn([f64; 3]) -> f64,
-) -> Known {
+) -> KnownScene {
     let expected = receivers.iter().map(|r| ao(r.position)).collect();
-    Known {
+    KnownScene {
         name,
         mesh,
         receivers,
@@ -61,8 +61,8 @@ fn known(
     }
 }
 
-/// A ball of radius ½ on the floor: wholly above it, so its form factor is h r²/d³.
-fn ball() -> Known {
+/// Returns a ball of radius ½ on the floor: wholly above it, so its form factor is h r²/d³.
+fn ball() -> KnownScene {
     // Facets of level 6 lie within 5e-5 of the radius below the ball: 1e-4 of its form factor.
     let mesh = Sample::Sphere.mesh(Some(20 << 12)).unwrap();
     let receivers = floor(|u, v| Some([2.0 * u - 0.5, 2.0 * v - 0.5]));
@@ -72,8 +72,9 @@ fn ball() -> Known {
     })
 }
 
-/// A cube on the floor: convex, so the form factors of the sides that face the receiver add up.
-fn cube() -> Known {
+/// Returns a cube on the floor: convex, so the form factors of the sides that face the receiver add
+/// up.
+fn cube() -> KnownScene {
     let mesh = Sample::Box.mesh(None).unwrap();
     let outside = |u: f64, v: f64| {
         let at = [3.0 * u - 1.5, 3.0 * v - 1.5];
@@ -102,8 +103,9 @@ fn cube() -> Known {
     })
 }
 
-/// Two walls that meet above the floor, as wide and high as ten times the receivers' farthest.
-fn corner() -> Known {
+/// Returns two walls that meet above the floor, ten times as wide and high as the distance of the
+/// farthest receiver.
+fn corner() -> KnownScene {
     let s = 10.0;
     let walls = [
         [[0.0, 0.0, 0.0], [s, 0.0, 0.0], [s, s, 0.0], [0.0, s, 0.0]],
@@ -115,8 +117,8 @@ fn corner() -> Known {
     })
 }
 
-/// A wall so wide that nothing depends on where along it one stands: (1 − d/√(d² + h²))/2.
-fn wall() -> Known {
+/// Returns a wall so wide that AO depends on the distance d alone: (1 − d/√(d² + h²))/2.
+fn wall() -> KnownScene {
     let (far, h) = (1e4, 2.0);
     let wall = [
         [0.0, 0.0, -far],
@@ -130,9 +132,9 @@ fn wall() -> Known {
     })
 }
 
-/// A wall up to the sky hides half of it, however far away. It stands askew, lest its edge runs
-/// along strata.
-fn endless_wall() -> Known {
+/// Returns a wall up to the sky, which hides half of it at any distance. The wall stands askew, so
+/// that its edge does not run along strata.
+fn endless_wall() -> KnownScene {
     let far = 1e7;
     let (sin, cos) = 0.5_f64.sin_cos();
     let [left, right] = [-far, far].map(|along| [-along * sin, along * cos]);
@@ -147,11 +149,11 @@ fn endless_wall() -> Known {
     known("endless wall", quads(&[wall]), receivers, |_| 0.5)
 }
 
-fn all_known() -> [Known; 5] {
+fn all_known() -> [KnownScene; 5] {
     [ball(), cube(), corner(), wall(), endless_wall()]
 }
 
-fn occlusion(known: &Known, samples: u32) -> Vec<Shade> {
+fn occlusion(known: &KnownScene, samples: u32) -> Vec<Shade> {
     let options = TruthOptions {
         samples,
         ..TruthOptions::recommended()
@@ -173,38 +175,41 @@ fn rms(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     (values.map(|v| v * v).sum::<f64>() / n).sqrt()
 }
 
-/// The error that is seen, and the one that is estimated.
-fn errors(known: &Known, shades: &[Shade]) -> [f64; 2] {
+/// Returns the measured and the estimated RMS error.
+fn errors(known: &KnownScene, shades: &[Shade]) -> [f64; 2] {
     let pairs = shades.iter().zip(&known.expected);
-    let seen = rms(pairs.map(|(s, e)| f64::from(s.occlusion.mean) - e));
+    let measured = rms(pairs.map(|(s, e)| f64::from(s.occlusion.mean) - e));
     let estimated = rms(shades.iter().map(|s| f64::from(s.occlusion.standard_error)));
-    [seen, estimated]
+    [measured, estimated]
 }
 
 #[test]
-fn truth_agrees_with_closed_forms_and_knows_its_error() {
+fn the_reference_matches_closed_forms_and_estimates_its_error() {
     for known in all_known() {
         let shades = occlusion(&known, TruthOptions::recommended().samples);
-        let [seen, estimated] = errors(&known, &shades);
-        println!("{}: RMSE {seen:.6}, estimated {estimated:.6}", known.name);
-        assert!(seen <= PROMISE, "{}: {seen}", known.name);
-        // The root of a mean over n squares of normal numbers is off by 1/√(2n), for 485 and
-        // more receivers 3.2 %; five times that.
-        let ratio = seen / estimated;
+        let [measured, estimated] = errors(&known, &shades);
+        println!(
+            "{}: RMSE {measured:.6}, estimated {estimated:.6}",
+            known.name
+        );
+        assert!(measured <= MAX_RMSE, "{}: {measured}", known.name);
+        // The RMS of n normal numbers has a relative error of 1/√(2n), for 485 and more receivers
+        // 3.2 %; five times that.
+        let ratio = measured / estimated;
         assert!(
             (0.84..1.16).contains(&ratio),
-            "{}: {seen} {estimated}",
+            "{}: {measured} {estimated}",
             known.name
         );
     }
 }
 
 #[test]
-fn the_error_falls_with_the_samples_to_the_three_quarters() {
+fn the_error_falls_with_the_samples_to_the_power_of_three_quarters() {
     for known in all_known() {
         let [few, _] = errors(&known, &occlusion(&known, 128));
         let [many, _] = errors(&known, &occlusion(&known, 8192));
-        // 64^¾ = 22.6, 64^½ = 8. Strata that a silhouette crosses are few where there are 64.
+        // 64^¾ = 22.6, 64^½ = 8. A silhouette crosses few strata if there are only 64.
         println!(
             "{}: {few:.5} to {many:.6}, {:.1} times",
             known.name,
@@ -215,7 +220,7 @@ fn the_error_falls_with_the_samples_to_the_three_quarters() {
 }
 
 #[test]
-fn under_a_ceiling_with_a_maximum_distance_occlusion_is_that_of_a_cap() {
+fn a_ceiling_within_a_maximum_distance_occludes_a_cap() {
     let (h, far) = (0.7, 100.0);
     let ceiling = [
         [-far, h, -far],
@@ -233,14 +238,15 @@ fn under_a_ceiling_with_a_maximum_distance_occlusion_is_that_of_a_cap() {
         let lighting = Lighting::default();
         let shades = shade(Some(&occluder), &receivers, &lighting, &options, UNOBSERVED).unwrap();
         let expected = (1.0 - (h / max_distance).powi(2)).max(0.0);
-        let seen = rms(shades
+        let measured = rms(shades
             .iter()
             .map(|s| f64::from(s.occlusion.mean) - expected));
-        assert!(seen <= PROMISE, "{max_distance}: {seen}");
+        assert!(measured <= MAX_RMSE, "{max_distance}: {measured}");
     }
 }
 
-/// A sky of few texels, one of them a sun, turned about the world's x axis.
+/// Returns a sky of few texels, one of them a sun, rotated about the world's x axis, and its
+/// irradiance over π on the floor.
 fn sunny() -> (Environment, [f64; 3]) {
     let size = [16, 8];
     let mut texels: Vec<_> = (0..128)
@@ -253,14 +259,15 @@ fn sunny() -> (Environment, [f64; 3]) {
     // The mean over the cosine-weighted hemisphere, at 1024 × 512 points of the sphere.
     let (mut sum, n) = ([0.0; 3], 512);
     for row in 0..n {
-        let (up, level) =
+        let (up, sin_colatitude) =
             (std::f64::consts::PI * (0.5 - (f64::from(row) + 0.5) / f64::from(n))).sin_cos();
         for column in 0..2 * n {
             let (x, z) =
                 (std::f64::consts::PI * (f64::from(column) + 0.5) / f64::from(n)).sin_cos();
-            let direction = [level * x, up, level * z];
+            let direction = [sin_colatitude * x, up, sin_colatitude * z];
             let radiance = environment.radiance(direction);
-            let weight = up.max(0.0) * level * (std::f64::consts::PI / f64::from(n)).powi(2);
+            let weight =
+                up.max(0.0) * sin_colatitude * (std::f64::consts::PI / f64::from(n)).powi(2);
             for c in 0..3 {
                 sum[c] += f64::from(radiance[c]) * weight / std::f64::consts::PI;
             }
@@ -270,7 +277,7 @@ fn sunny() -> (Environment, [f64; 3]) {
 }
 
 #[test]
-fn a_sky_with_a_sun_lights_as_its_integral_says() {
+fn light_of_a_sky_with_a_sun_matches_its_integral() {
     let (environment, expected) = sunny();
     let lighting = Lighting {
         environment: Some(&environment),
@@ -280,20 +287,23 @@ fn a_sky_with_a_sun_lights_as_its_integral_says() {
     let receivers = floor(|u, v| Some([u, v]));
     let shades = shade(None, &receivers, &lighting, &options, UNOBSERVED).unwrap();
     for c in 0..3 {
-        let seen = rms(shades
+        let measured = rms(shades
             .iter()
             .map(|s| f64::from(s.light[c].mean) - expected[c]));
         let estimated = rms(shades.iter().map(|s| f64::from(s.light[c].standard_error)));
         // Single rays would find the sun by chance and be off by a third of all light.
-        assert!(seen < 2e-3 * expected[c], "{seen} {expected:?}");
+        assert!(measured < 2e-3 * expected[c], "{measured} {expected:?}");
         // Points of the integral at texels' edges: half a point's share of the sun.
         let integral = 1e-3 * expected[c];
-        assert!(seen < 1.24 * estimated + integral, "{seen} {estimated}");
+        assert!(
+            measured < 1.24 * estimated + integral,
+            "{measured} {estimated}"
+        );
     }
 }
 
 #[test]
-fn a_lid_hides_the_sun_with_the_sky() {
+fn a_lid_hides_the_sun_and_the_sky() {
     let (environment, _) = sunny();
     let lighting = Lighting {
         environment: Some(&environment),
@@ -322,7 +332,7 @@ fn a_lid_hides_the_sun_with_the_sky() {
 }
 
 #[test]
-fn a_constant_sky_is_returned_and_hidden_as_occlusion_says() {
+fn a_constant_sky_is_darkened_by_occlusion() {
     let known = cube();
     let sky = [0.25, 1.0, 3.0];
     let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -371,7 +381,7 @@ fn an_area_light_lights_by_its_form_factor_and_casts_shadows() {
     };
     assert!(off(shades(down, None)) < 1e-4);
     assert!(shades(up, None).iter().all(|s| s.light[0].mean == 0.0));
-    // The housing of the lamp is no obstacle, a lid before it is.
+    // An occluder in the plane of the light blocks nothing, a lid in front of it does.
     let at = |y: f64| {
         Occluder::new(&quads(&[[
             [-1.0, y, -1.0],
@@ -389,7 +399,7 @@ fn an_area_light_lights_by_its_form_factor_and_casts_shadows() {
 }
 
 #[test]
-fn the_number_of_threads_changes_no_bit_and_seeds_do() {
+fn results_depend_on_the_seed_and_not_on_the_number_of_threads() {
     let known = cube();
     let with = |threads: usize, seed: u64| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -420,7 +430,7 @@ fn the_number_of_threads_changes_no_bit_and_seeds_do() {
 }
 
 #[test]
-fn an_observer_sees_every_receiver_and_can_stop() {
+fn an_observer_sees_every_receiver_and_can_cancel() {
     let known = cube();
     let occluder = Occluder::new(&known.mesh);
     let run = |observer: aogrid_bake_core::Observer<'_>| {

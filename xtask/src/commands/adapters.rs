@@ -1,17 +1,24 @@
-//! `adapters`: what could bake on a GPU.
+//! `adapters`: the GPUs that could bake.
 
 use aogrid_baker_gpu::wgpu::AdapterInfo;
 use serde::Serialize;
 
 use crate::console::Console;
 
-/// List the GPUs of this machine, the one that is used first
+/// List the GPUs of this machine, the preferred one first
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// Report as one JSON object on stdout
     #[arg(long)]
     json: bool,
 }
+
+/// The examples at the end of `adapters --help`.
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask adapters
+  cargo xtask adapters --json";
 
 #[derive(Serialize)]
 struct Report {
@@ -25,7 +32,7 @@ struct Adapter {
     kind: &'static str,
     api: String,
     driver: String,
-    /// Whether it is used without being named.
+    /// Whether the adapter is used without being named.
     auto: bool,
 }
 
@@ -70,7 +77,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         let only = if *auto {
             ""
         } else {
-            "; only where --adapter names it"
+            "; used only if --adapter names it"
         };
         console.result(&format!("{name} ({kind}, {api}, {driver}{only})"));
     }

@@ -1,4 +1,4 @@
-//! `bench`: how long the stages of a bake take, in one process, warm.
+//! `bench`: the times of a bake's stages, measured warm in one process.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -10,29 +10,37 @@ use aogrid_baker_gpu::{self as gpu, Choice};
 use aogrid_grid_format::{Method, Source};
 use serde::Serialize;
 
-use super::bake::{SamplingArgs, use_threads};
-use crate::backend::{Asked, Backend, By, Seen};
+use super::bake::{SharedArgs, use_threads};
+use crate::backend::{Backend, BackendRequest, Provenance, TimedBake};
 use crate::console::Console;
 use crate::interrupt;
 
 /// Time the stages of a bake: medians over repeats after one warm-up, in one process
 ///
-/// Kernels and backends take turns and get a row each; --kernel and --backend name one to
-/// measure alone. With --adapter and without --backend an adapter is measured beside the CPU.
+/// Algorithms and backends take turns and get a row each; --algorithm and --backend select one.
+/// With --adapter and without --backend, the adapter is measured beside the CPU.
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// Wavefront OBJ files
     #[arg(required = true, value_name = "MODEL")]
     models: Vec<PathBuf>,
     #[command(flatten)]
-    sampling: SamplingArgs,
-    /// Measure the CPU's sweep with each set of instructions that this machine has and it knows
+    shared: SharedArgs,
+    /// Measure the CPU's sweep at each SIMD level that this machine supports
     #[arg(long)]
     instructions: bool,
-    /// Measure only these rows, as in cpu:rays,gpu:sweep [default: every kernel on every backend]
-    #[arg(long, value_delimiter = ',', value_parser = row_name, value_name = "BACKEND:KERNEL", conflicts_with = "kernel")]
-    only: Vec<(On, Kernel)>,
-    /// How often to measure
+    /// Measure only these rows, as in cpu:rays,gpu:sweep [default: every algorithm on every
+    /// backend]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        value_parser = row_name,
+        value_name = "BACKEND:ALGORITHM",
+        conflicts_with = "algorithm"
+    )]
+    only: Vec<(Device, Kernel)>,
+    /// Number of repeats to measure
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeat: u32,
     /// Report as one JSON object on stdout
@@ -40,55 +48,64 @@ pub(crate) struct Args {
     json: bool,
 }
 
+/// The examples at the end of `bench --help`.
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask bench assets/space-ship.obj --backend cpu --threads 1
+  cargo xtask bench assets/space-ship.obj --algorithm sweep --resolution 64 --repeat 9 --json
+  cargo xtask bench assets/table.obj --backend cpu --algorithm sweep --instructions";
+
+/// The kind of device that a row is measured on.
 #[derive(Clone, Copy, PartialEq)]
-enum On {
+enum Device {
     Cpu,
     Gpu,
 }
 
-fn row_name(text: &str) -> Result<(On, Kernel), String> {
+/// Parses a row's name, `BACKEND:ALGORITHM`.
+fn row_name(text: &str) -> Result<(Device, Kernel), String> {
     let wrong = || format!("`{text}` is not one of cpu:sweep, cpu:rays, gpu:sweep, gpu:rays");
-    let (backend, kernel) = text.split_once(':').ok_or_else(wrong)?;
-    let on = match backend {
-        "cpu" => On::Cpu,
-        "gpu" => On::Gpu,
+    let (backend, algorithm) = text.split_once(':').ok_or_else(wrong)?;
+    let device = match backend {
+        "cpu" => Device::Cpu,
+        "gpu" => Device::Gpu,
         _ => return Err(wrong()),
     };
-    let kernel = [Kernel::Sweep, Kernel::Rays]
+    let algorithm = [Kernel::Sweep, Kernel::Rays]
         .into_iter()
-        .find(|k| k.name() == kernel);
-    Ok((on, kernel.ok_or_else(wrong)?))
+        .find(|k| k.name() == algorithm);
+    Ok((device, algorithm.ok_or_else(wrong)?))
 }
 
 #[derive(Serialize)]
 struct Report {
-    models: Vec<Model>,
+    models: Vec<ModelReport>,
 }
 
 #[derive(Serialize)]
-struct Model {
+struct ModelReport {
     file: PathBuf,
     triangles: usize,
-    rows: Vec<Row>,
+    rows: Vec<RowReport>,
 }
 
 #[derive(Serialize)]
-struct Row {
-    method: &'static str,
-    kernel: &'static str,
-    /// Of the CPU's sweep, where they are compared.
+struct RowReport {
+    sampling: &'static str,
+    algorithm: &'static str,
+    /// SIMD level of the CPU's sweep, where levels are compared.
     instructions: Option<&'static str>,
     backend: &'static str,
     adapter: Option<String>,
     threads: usize,
-    /// Everything between the loaded mesh and the first direction.
+    /// Seconds between the loaded mesh and the first direction.
     prepare_s: f64,
     visibility_s: f64,
     post_s: f64,
 }
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
-    use_threads(args.sampling.threads)?;
+    use_threads(args.shared.threads)?;
     interrupt::listen();
     let models = args.models.iter().map(|path| measure(path, args, console));
     let report = Report {
@@ -97,18 +114,18 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     if args.json {
         return console.json(&report);
     }
-    console.result("triangles  prepare ms  visibility ms  post ms  threads  kernel  on    file");
+    console.result("triangles  prepare ms  visibility ms  post ms  threads  algorithm  on    file");
     for model in &report.models {
         for row in &model.rows {
             let on = row.adapter.as_deref().or(row.instructions);
             console.result(&format!(
-                "{:9}  {:10.2}  {:13.2}  {:7.2}  {:7}  {:6}  {:4}  {}",
+                "{:9}  {:10.2}  {:13.2}  {:7.2}  {:7}  {:9}  {:4}  {}",
                 model.triangles,
                 1e3 * row.prepare_s,
                 1e3 * row.visibility_s,
                 1e3 * row.post_s,
                 row.threads,
-                row.kernel,
+                row.algorithm,
                 on.unwrap_or(row.backend),
                 model.file.display()
             ));
@@ -117,37 +134,38 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn measure(path: &Path, args: &Args, console: &Console) -> anyhow::Result<Model> {
+/// Measures all rows of a model.
+fn measure(path: &Path, args: &Args, console: &Console) -> anyhow::Result<ModelReport> {
     let shown = || path.display().to_string();
     let loaded = mesh::load(path).with_context(shown)?;
     let placement = Placement {
-        resolution: args.sampling.resolution,
+        resolution: args.shared.resolution,
         ..Placement::default()
     };
     let mut options = BakeOptions::recommended();
-    if let Some(size) = args.sampling.face_size {
+    if let Some(size) = args.shared.face_size {
         options.method = Method::Faces { size };
     }
     let spec = placement.place(&loaded.mesh.bounds()).with_context(shown)?;
     let bar = console.progress(&shown());
-    let mut bakers: Vec<_> = backends(args)?
+    let mut bakers: Vec<_> = measured_backends(args)?
         .into_iter()
         .map(|(backend, instructions)| (backend, instructions, None, Vec::new()))
         .collect();
-    // The first repeat warms up and is not counted. Kernels take turns, so that a machine that
-    // slows down slows all of them.
+    // The first repeat warms up and is not counted. The algorithms take turns, so that a machine
+    // that slows down affects all of them.
     for repeat in 0..=args.repeat {
-        for (backend, _, by, samples) in &mut bakers {
+        for (backend, _, provenance, samples) in &mut bakers {
             let observer = |progress| bar.observe(progress);
-            let seen = backend.bake(&loaded.mesh, spec, &options, &observer);
-            let Seen {
+            let timed = backend.bake(&loaded.mesh, spec, &options, &observer);
+            let TimedBake {
                 raw,
-                by: found,
+                provenance: found,
                 prepare_s,
                 visibility_s,
                 ..
-            } = seen.with_context(shown)?;
-            *by = Some(found);
+            } = timed.with_context(shown)?;
+            *provenance = Some(found);
             let start = Instant::now();
             post::finish(raw, &placement, &options, Source::from(&loaded)).with_context(shown)?;
             if repeat > 0 {
@@ -157,50 +175,52 @@ fn measure(path: &Path, args: &Args, console: &Console) -> anyhow::Result<Model>
     }
     let rows = bakers
         .into_iter()
-        .filter_map(|(_, instructions, by, samples)| Some(row(by?, instructions, &samples)));
-    Ok(Model {
+        .filter_map(|(_, instructions, provenance, samples)| {
+            Some(row(provenance?, instructions, &samples))
+        });
+    Ok(ModelReport {
         file: path.to_owned(),
         triangles: loaded.mesh.triangles().len(),
         rows: rows.collect(),
     })
 }
 
-/// What is measured: each kernel on each backend that is asked for and there, and the names of
-/// instructions that are compared.
-fn backends(args: &Args) -> anyhow::Result<Vec<(Backend, Option<&'static str>)>> {
-    let asked = args.sampling.backend().unwrap_or_else(|usage| usage.exit());
-    let with_cpu = !matches!(asked, Asked::Gpu(_));
-    let choice = match asked {
-        Asked::Cpu => None,
-        Asked::Gpu(choice) => Some(choice),
-        Asked::Named(name) => Some(Choice::Named(name)),
-        // Without a real GPU there are only the CPU's rows.
-        Asked::Auto => gpu::Context::new(&Choice::Real)
+/// Returns the backends to measure, one for each row: each algorithm on each device that is both
+/// requested and present, or each SIMD level of the CPU's sweep with its name.
+fn measured_backends(args: &Args) -> anyhow::Result<Vec<(Backend, Option<&'static str>)>> {
+    let request = args.shared.backend().unwrap_or_else(|usage| usage.exit());
+    let with_cpu = !matches!(request, BackendRequest::Gpu(_));
+    let choice = match request {
+        BackendRequest::Cpu => None,
+        BackendRequest::Gpu(choice) => Some(choice),
+        BackendRequest::Named(name) => Some(Choice::Named(name)),
+        // A machine without a hardware GPU has only the CPU's rows.
+        BackendRequest::Auto => gpu::Context::new(&Choice::Real)
             .is_ok()
             .then_some(Choice::Real),
     };
-    let kernels = match args.sampling.kernel() {
+    let algorithms = match args.shared.algorithm() {
         Some(one) => vec![one],
         None => vec![Kernel::Sweep, Kernel::Rays],
     };
-    let each = |on: On, asked: Asked| {
-        let is_wanted = |k: &&Kernel| args.only.is_empty() || args.only.contains(&(on, **k));
-        let backend = move |&kernel| (Backend::new(asked.clone(), Some(kernel)), None);
-        kernels
+    let each = |device: Device, request: BackendRequest| {
+        let is_wanted = |a: &&Kernel| args.only.is_empty() || args.only.contains(&(device, **a));
+        let backend = move |&algorithm| (Backend::new(request.clone(), Some(algorithm)), None);
+        algorithms
             .iter()
             .filter(is_wanted)
             .map(backend)
             .collect::<Vec<_>>()
     };
     let mut all = Vec::new();
-    if with_cpu && args.instructions && kernels.contains(&Kernel::Sweep) {
-        let sets = Sweeper::instruction_sets().into_iter();
-        all.extend(sets.map(|set| (Backend::sweep_with(set), Some(set))));
+    if with_cpu && args.instructions && algorithms.contains(&Kernel::Sweep) {
+        let levels = Sweeper::instruction_sets().into_iter();
+        all.extend(levels.map(|level| (Backend::sweep_at_level(level), Some(level))));
     } else if with_cpu {
-        all.extend(each(On::Cpu, Asked::Cpu));
+        all.extend(each(Device::Cpu, BackendRequest::Cpu));
     }
     if let Some(choice) = choice {
-        all.extend(each(On::Gpu, Asked::Gpu(choice)));
+        all.extend(each(Device::Gpu, BackendRequest::Gpu(choice)));
     }
     if all.is_empty() {
         bail!("there is nothing to measure: name an adapter, or another row");
@@ -208,16 +228,20 @@ fn backends(args: &Args) -> anyhow::Result<Vec<(Backend, Option<&'static str>)>>
     Ok(all)
 }
 
-/// The medians of what was measured: prepare, visibility, post.
-fn row(by: By, instructions: Option<&'static str>, samples: &[[f64; 3]]) -> Row {
+/// Returns a row with the medians of the measured times: prepare, visibility, post.
+fn row(
+    provenance: Provenance,
+    instructions: Option<&'static str>,
+    samples: &[[f64; 3]],
+) -> RowReport {
     let [prepare_s, visibility_s, post_s] =
         [0, 1, 2].map(|stage| median(samples.iter().map(|sample| sample[stage]).collect()));
-    Row {
-        method: "faces",
-        kernel: by.kernel.name(),
+    RowReport {
+        sampling: "faces",
+        algorithm: provenance.algorithm.name(),
         instructions,
-        backend: by.backend(),
-        adapter: by.adapter,
+        backend: provenance.backend(),
+        adapter: provenance.adapter,
         threads: rayon::current_num_threads(),
         prepare_s,
         visibility_s,
@@ -239,7 +263,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn medians() {
+    fn a_median_is_the_middle_value_or_the_mean_of_two() {
         assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
         assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
         assert_eq!(median(vec![7.0]), 7.0);

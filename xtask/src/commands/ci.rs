@@ -1,6 +1,7 @@
 //! `ci`: everything that must hold before a change lands.
 
 use std::process::Command;
+use std::time::Instant;
 
 use anyhow::{Context, bail};
 
@@ -15,11 +16,18 @@ struct Check {
     rustdoc: &'static str,
 }
 
-/// What follows the tables, in the order in which it fails fastest.
+const FORMAT: Check = Check {
+    name: "format",
+    args: "fmt --all --check",
+    rustdoc: "",
+};
+
+/// The checks behind the format, which is done at once. The first compiles everything; clippy and
+/// rustdoc share what they need, which is no machine code; tests find all compiled.
 const CHECKS: [Check; 4] = [
     Check {
-        name: "format",
-        args: "fmt --all --check",
+        name: "build",
+        args: "test --workspace --locked --no-run",
         rustdoc: "",
     },
     Check {
@@ -40,28 +48,38 @@ const CHECKS: [Check; 4] = [
 ];
 
 pub(crate) fn run(console: &Console) -> anyhow::Result<()> {
+    let started = Instant::now();
+    check(&FORMAT, console)?;
     console.note("== tables: cargo xtask tables --check");
     tables::check(console)?;
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    for Check {
+    for of_cargo in &CHECKS {
+        check(of_cargo, console)?;
+    }
+    let seconds = started.elapsed().as_secs();
+    console.note(&format!("== all checks passed in {seconds} s"));
+    Ok(())
+}
+
+fn check(check: &Check, console: &Console) -> anyhow::Result<()> {
+    let Check {
         name,
         args,
         rustdoc,
-    } in CHECKS
-    {
-        console.note(&format!("== {name}: cargo {args}"));
-        let mut command = Command::new(&cargo);
-        command.args(args.split(' '));
-        if !rustdoc.is_empty() {
-            command.env("RUSTDOCFLAGS", rustdoc);
-        }
-        let status = command
-            .status()
-            .with_context(|| format!("cannot start cargo {args}"))?;
-        if !status.success() {
-            bail!("{name} failed");
-        }
+    } = check;
+    let started = Instant::now();
+    console.note(&format!("== {name}: cargo {args}"));
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut command = Command::new(cargo);
+    command.args(args.split(' '));
+    if !rustdoc.is_empty() {
+        command.env("RUSTDOCFLAGS", rustdoc);
     }
-    console.note("== all checks passed");
+    let status = command
+        .status()
+        .with_context(|| format!("cannot start cargo {args}"))?;
+    if !status.success() {
+        bail!("{name} failed");
+    }
+    console.note(&format!("== {name}: {} s", started.elapsed().as_secs()));
     Ok(())
 }

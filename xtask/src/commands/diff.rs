@@ -1,4 +1,4 @@
-//! `diff`: how two grids of one resolution differ.
+//! `diff`: the differences between two grids of the same resolution.
 
 use std::path::PathBuf;
 
@@ -11,32 +11,39 @@ use crate::console::Console;
 
 /// Compare two grids cell by cell
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// A grid file (*.ao.ktx2)
     a: PathBuf,
-    /// Another, of the same resolution
+    /// Another grid file, of the same resolution
     b: PathBuf,
     /// Report as one JSON object on stdout
     #[arg(long)]
     json: bool,
 }
 
-/// Axes are compared where both cells hide at least this share of the sky: below it their
-/// directions are mostly quantisation and treatment.
-const LEAST_OCCLUSION: f32 = 0.02;
+/// The examples at the end of `diff --help`.
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask diff sweep.ao.ktx2 monte-carlo.ao.ktx2
+  cargo xtask diff a.ao.ktx2 b.ao.ktx2 --json";
+
+/// The minimum occlusion fraction of cells whose axes are compared; below it, axes are dominated by
+/// quantization and boundary treatment.
+const MIN_OCCLUSION: f32 = 0.02;
 
 #[derive(Serialize)]
 struct Difference {
-    /// Whether texels, box and encoding are the same.
+    /// Whether values, box and encoding are the same.
     equal: bool,
     same_box: bool,
     cells: usize,
     differing_cells: usize,
     occlusion_rms: f64,
     occlusion_max: f64,
-    /// The cell (i, j, k) where that is.
+    /// The cell (i, j, k) with the largest difference in occlusion.
     occlusion_max_at: [u32; 3],
-    /// Cells whose axes are compared.
+    /// Number of cells whose axes are compared.
     axes: usize,
     axis_rms_degrees: f64,
     axis_max_degrees: f64,
@@ -86,7 +93,7 @@ fn compare(a: &Grid, b: &Grid) -> Difference {
         if off > worst {
             (worst, at) = (off, idx);
         }
-        if both_cones && p[3].min(q[3]) >= LEAST_OCCLUSION {
+        if both_cones && p[3].min(q[3]) >= MIN_OCCLUSION {
             angles.extend(degrees_between(p, q));
         }
     }
@@ -106,7 +113,7 @@ fn compare(a: &Grid, b: &Grid) -> Difference {
     }
 }
 
-/// None where one of the axes is zero.
+/// Returns the angle between two axes in degrees; `None` if either is zero.
 fn degrees_between(p: [f32; 4], q: [f32; 4]) -> Option<f64> {
     let [p, q] = [p, q].map(|v| v.map(f64::from));
     let cross = [0, 1, 2].map(|x| {

@@ -1,4 +1,4 @@
-//! `export`: grids for other programs.
+//! `export`: conversion of grids to other programs' formats.
 
 use std::path::PathBuf;
 
@@ -9,8 +9,9 @@ use super::info::read_grid;
 use crate::console::Console;
 use crate::{npy, output};
 
-/// Write a grid in another program's format
+/// Convert a grid to another program's format
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// A grid file (*.ao.ktx2)
     file: PathBuf,
@@ -22,6 +23,12 @@ pub(crate) struct Args {
     #[arg(short, long, value_name = "OUT")]
     out: PathBuf,
 }
+
+/// The examples at the end of `export --help`.
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask export table.ao.ktx2 --to npy -o table.npy
+  python3 -c 'import numpy; print(numpy.load(\"table.npy\").shape)'";
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Target {

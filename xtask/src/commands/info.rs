@@ -1,4 +1,4 @@
-//! `info`: what a grid or a model is.
+//! `info`: a description of a grid or a model.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,8 +10,9 @@ use serde::Serialize;
 
 use crate::console::Console;
 
-/// Say what a grid file holds and how it was made, or what a model is like
+/// Describe a grid file and how it was baked, or a model
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// A grid (*.ao.ktx2) or a model (*.obj)
     file: PathBuf,
@@ -19,6 +20,13 @@ pub(crate) struct Args {
     #[arg(long)]
     json: bool,
 }
+
+/// The examples at the end of `info --help`.
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask info table.ao.ktx2
+  cargo xtask info assets/table.obj
+  cargo xtask info table.ao.ktx2 --json";
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let path = &args.file;
@@ -46,17 +54,17 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Reads a grid file; errors name it.
+/// Reads a grid file; errors name the file.
 pub(crate) fn read_grid(path: &Path) -> anyhow::Result<Grid> {
     let shown = || path.display().to_string();
-    // A device or pipe could be endless.
+    // Reading from a device or pipe might never end.
     let metadata = fs::metadata(path).with_context(shown)?;
     anyhow::ensure!(metadata.is_file(), "{}: it is not a regular file", shown());
     let bytes = fs::read(path).with_context(shown)?;
     Grid::from_bytes(&bytes).with_context(shown)
 }
 
-/// A mesh report for machines.
+/// A mesh report as JSON.
 #[derive(Serialize)]
 pub(crate) struct MeshJson {
     triangles: usize,
@@ -86,7 +94,7 @@ impl MeshJson {
     }
 }
 
-/// A grid's box for machines.
+/// A grid's resolution and box as JSON.
 #[derive(Serialize)]
 pub(crate) struct BoxJson {
     resolution: [u32; 3],
@@ -104,7 +112,7 @@ impl BoxJson {
     }
 }
 
-/// A grid file for machines.
+/// A grid file's metadata as JSON.
 #[derive(Serialize)]
 pub(crate) struct GridJson {
     #[serde(flatten)]
@@ -181,7 +189,7 @@ fn grid_lines(grid: &Grid) -> Vec<String> {
     ]
 }
 
-/// The cells inside a model, in a line.
+/// Describes the cells inside a model in one line.
 pub(crate) fn interior_line(record: &BakeRecord) -> String {
     let cells = record.interior_cells;
     let mut line = match record.interior {
@@ -201,14 +209,14 @@ pub(crate) fn interior_line(record: &BakeRecord) -> String {
     line
 }
 
-/// Where a grid lies, in a line.
+/// Describes a grid's resolution and box in one line.
 pub(crate) fn box_line(spec: &GridSpec) -> String {
     let [nx, ny, nz] = spec.resolution();
     let (center, half_extents) = (triple(spec.center()), triple(spec.half_extents()));
-    format!("{nx}×{ny}×{nz} cells, centre ({center}), half-extents ({half_extents})")
+    format!("{nx}×{ny}×{nz} cells, center ({center}), half-extents ({half_extents})")
 }
 
-/// Three coordinates, with five digits that say something whatever the model's unit.
+/// Formats three coordinates with about five significant digits whatever the model's unit.
 pub(crate) fn triple(v: [f32; 3]) -> String {
     let size = v.into_iter().fold(0.0, |size: f32, v| size.max(v.abs()));
     let number = |v: f32| match size == 0.0 || (1e-2..1e6).contains(&size) {
@@ -218,7 +226,7 @@ pub(crate) fn triple(v: [f32; 3]) -> String {
     v.map(number).join(", ")
 }
 
-/// What a mesh is like, in a line.
+/// Describes a mesh in one line.
 pub(crate) fn mesh_line(report: &MeshReport) -> String {
     let mut facts = vec![
         counted(report.triangles, "triangle"),
@@ -247,6 +255,7 @@ pub(crate) fn mesh_line(report: &MeshReport) -> String {
     facts.join(", ")
 }
 
+/// Formats a count with its noun.
 fn counted(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }

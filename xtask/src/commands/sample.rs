@@ -1,4 +1,4 @@
-//! `sample`: our own models as OBJ files.
+//! `sample`: the built-in models as OBJ files.
 
 use std::path::PathBuf;
 
@@ -10,17 +10,24 @@ use crate::output;
 
 /// Write one of the built-in models as an OBJ file
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// Which model
+    /// The model to write
     #[arg(value_enum)]
     name: SampleArg,
     /// The OBJ file to write
     #[arg(short, long, value_name = "OBJ")]
     out: PathBuf,
-    /// Refine it to this many triangles, or one more
+    /// Refine the model to this many triangles, or one more
     #[arg(long, value_name = "N")]
     triangles: Option<usize>,
 }
+
+/// The examples at the end of `sample --help`.
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask sample robot -o robot.obj
+  cargo xtask sample torus --triangles 100000 -o torus.obj";
 
 #[derive(Clone, Copy)]
 struct SampleArg(Sample);

@@ -1,4 +1,4 @@
-//! `verify`: whether grid files are whole and agree with what they say of themselves.
+//! `verify`: checks that grid files are intact and agree with their metadata.
 
 use std::path::PathBuf;
 
@@ -7,26 +7,33 @@ use aogrid_grid_format::{BoundaryMode, Encoding, Grid};
 use super::info::read_grid;
 use crate::console::Console;
 
-/// Check that grid files are whole and agree with their own metadata
+/// Check that grid files are intact and agree with their own metadata
 ///
 /// Beyond what every reader checks (layout, ranges): mean and largest occlusion are as
 /// recorded, a treated boundary is zero, axes have length one or zero.
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// Grid files (*.ao.ktx2)
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
 }
 
+/// The examples at the end of `verify --help`.
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask verify table.ao.ktx2
+  cargo xtask verify box.ao.ktx2 robot.ao.ktx2";
+
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let mut last = None;
     for path in &args.files {
-        let fault = match read_grid(path) {
-            Ok(grid) => fault(&grid).map(|fault| anyhow::anyhow!("{}: {fault}", path.display())),
+        let failure = match read_grid(path) {
+            Ok(grid) => violation(&grid).map(|text| anyhow::anyhow!("{}: {text}", path.display())),
             Err(error) => Some(error),
         };
-        match fault {
-            // One line for each broken file; the last is the command's own error.
+        match failure {
+            // Each broken file gets a line; the last one becomes the command's own error.
             Some(error) => {
                 if let Some(earlier) = last.replace(error) {
                     console.error(&earlier);
@@ -38,13 +45,13 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     last.map_or(Ok(()), Err)
 }
 
-/// What is wrong with a grid that reads well.
-fn fault(grid: &Grid) -> Option<String> {
+/// Returns the first violated condition of a grid that was read without an error.
+fn violation(grid: &Grid) -> Option<String> {
     let (recorded, measured) = (grid.statistics(), grid.measure());
     if recorded != measured {
         return Some(format!(
-            "its texels were changed after the bake: mean and largest occlusion are {} and {}, \
-             recorded are {} and {}",
+            "its texels were changed after the bake: mean and largest occlusion are {} and {}, but \
+             {} and {} are recorded",
             measured.mean, measured.largest, recorded.mean, recorded.largest
         ));
     }
@@ -60,7 +67,7 @@ fn fault(grid: &Grid) -> Option<String> {
         ));
     }
     if grid.encoding() == Encoding::Cone
-        && let Some(idx) = cells.into_iter().find(|&idx| !has_axis(grid, idx))
+        && let Some(idx) = cells.into_iter().find(|&idx| !has_valid_axis(grid, idx))
     {
         let cell = spec.cell_at(idx);
         return Some(format!(
@@ -70,11 +77,12 @@ fn fault(grid: &Grid) -> Option<String> {
     None
 }
 
-fn has_axis(grid: &Grid, idx: usize) -> bool {
+/// Whether the axis of a cell has length 1 or 0, within the format's error.
+fn has_valid_axis(grid: &Grid, idx: usize) -> bool {
     let [x, y, z, _] = grid.cone(idx);
     let length = (x * x + y * y + z * z).sqrt();
-    // The error of three components, each up to the format's, lengthens the axis by up to √3
-    // times it; single floats round by a few units in the last place.
+    // Errors of the three components, each up to the format's error, change the length by up to √3
+    // times that; single floats round by a few units in the last place.
     let tolerance = 3.0_f32.sqrt() * grid.format().max_error()[1] + 4.0 * f32::EPSILON;
     length == 0.0 || (length - 1.0).abs() <= tolerance
 }

@@ -1,4 +1,4 @@
-//! `verify-bake`: the sweep's faces against rays, texel by texel.
+//! `verify-bake`: comparison of the sweep's faces with rays, texel by texel.
 
 use std::path::{Path, PathBuf};
 
@@ -10,14 +10,15 @@ use aogrid_baker_gpu::{self as gpu, Choice, Context};
 use super::bake::{face_size, resolution, use_threads};
 use crate::console::Console;
 use crate::interrupt;
-use crate::parity::{PROMISED, Parity};
+use crate::parity::{MAX_MISMATCH_RATE, Parity};
 
-/// Compare the sweep's faces, texel by texel, with rays at the same snapped mesh on the CPU
+/// Compare the sweep's faces, texel by texel, with rays cast at the same quantized mesh on the CPU
 ///
-/// They may differ in 8 of 50 million texels, where a ray passes an edge within the distance
-/// that single floats resolve; each that differs is shown to. Moments must be the sums over the
-/// texels to the bit.
+/// They may differ in 8 of 50 million texels, where a ray passes an edge within the resolution of
+/// single floats; every differing texel is checked for that. Moments must equal the sums over the
+/// texels bit for bit.
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// Wavefront OBJ files
     #[arg(required = true, value_name = "MODEL")]
@@ -36,8 +37,15 @@ pub(crate) struct Args {
     threads: Option<u16>,
 }
 
-/// What is compared with rays.
-enum Sweep {
+/// The examples at the end of `verify-bake --help`.
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask verify-bake assets/robot.obj
+  cargo xtask verify-bake assets/space-ship.obj --resolution 24x16x32 --face-size 8
+  cargo xtask verify-bake assets/table.obj --adapter llvmpipe";
+
+/// The sweep that is compared with rays.
+enum AnySweeper {
     Cpu(Box<cpu::Sweeper>),
     Gpu(Box<gpu::Sweeper>),
 }
@@ -46,11 +54,11 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     use_threads(args.threads)?;
     interrupt::listen();
     let mut sweep = match &args.adapter {
-        None => Sweep::Cpu(Box::default()),
+        None => AnySweeper::Cpu(Box::default()),
         Some(name) => {
             let context = Context::new(&Choice::Named(name.clone()))?;
             console.note(&format!("on {}", context.adapter().name));
-            Sweep::Gpu(Box::new(gpu::Sweeper::new(&context)))
+            AnySweeper::Gpu(Box::new(gpu::Sweeper::new(&context)))
         }
     };
     let (mut texels, mut differing) = (0, 0);
@@ -58,18 +66,18 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         let found = compare(path, args, &mut sweep, console);
         let parity = found.with_context(|| path.display().to_string())?;
         console.result(&line(path, &parity));
-        if let Some(fault) = parity.fault() {
-            bail!("{}: {fault}", path.display());
+        if let Some(violation) = parity.fault() {
+            bail!("{}: {violation}", path.display());
         }
         texels += parity.texels;
         differing += parity.differences.len();
     }
-    let allowed = ((PROMISED * texels as f64) as usize).max(1);
+    let allowed = ((MAX_MISMATCH_RATE * texels as f64) as usize).max(1);
     console.result(&format!(
         "{differing} of {texels} texels differ; {allowed} may"
     ));
     if differing > allowed {
-        bail!("more texels differ than may");
+        bail!("more texels differ than are allowed");
     }
     Ok(())
 }
@@ -77,7 +85,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
 fn compare(
     path: &Path,
     args: &Args,
-    sweep: &mut Sweep,
+    sweep: &mut AnySweeper,
     console: &Console,
 ) -> anyhow::Result<Parity> {
     let mesh = mesh::load(path)?.mesh;
@@ -92,11 +100,11 @@ fn compare(
     let size = args.face_size;
     let baked: (RawGrid, FaceBits);
     let parity = match sweep {
-        Sweep::Cpu(sweeper) => {
+        AnySweeper::Cpu(sweeper) => {
             baked = sweeper.bake_with_bits(&prepared, size, &observer)?;
             Parity::new(&prepared, size, baked)
         }
-        Sweep::Gpu(sweeper) => {
+        AnySweeper::Gpu(sweeper) => {
             let uploaded = sweeper.upload(prepared)?;
             baked = sweeper.bake_with_bits(&uploaded, size, &observer)?;
             Parity::new(uploaded.mesh(), size, baked)
@@ -105,9 +113,10 @@ fn compare(
     Ok(parity)
 }
 
+/// Describes a comparison in one line.
 fn line(path: &Path, parity: &Parity) -> String {
     let farthest = parity.grazes.iter().copied().fold(0.0, f64::max);
-    let how_far = match parity.differences.len() {
+    let distances = match parity.differences.len() {
         0 => String::new(),
         _ => format!(
             ", each within {farthest:.1e} cells of an edge ({:.1e} may be), {} in a row",
@@ -116,7 +125,7 @@ fn line(path: &Path, parity: &Parity) -> String {
         ),
     };
     format!(
-        "{}: {} of {} texels differ{how_far}; {} are occluded",
+        "{}: {} of {} texels differ{distances}; {} are occluded",
         path.display(),
         parity.differences.len(),
         parity.texels,

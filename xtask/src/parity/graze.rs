@@ -1,10 +1,10 @@
-//! How closely a texel's ray passes the mesh's edges.
+//! The distance between a texel's ray and the mesh's edges.
 
 use aogrid_bake_core::PreparedMesh;
 use aogrid_bake_core::cube_face;
 
-/// The least distance, in cells, between a texel's ray and an edge of the mesh; infinite if it has
-/// none.
+/// Returns the smallest distance, in cells, between the ray of `texel` from `cell` and any edge of
+/// the mesh; infinite if the mesh has no edges.
 pub fn graze(mesh: &PreparedMesh, size: u32, (cell, texel): (usize, usize)) -> f64 {
     let spec = mesh.spec();
     let from = spec.cell_at(cell).map(f64::from);
@@ -13,34 +13,37 @@ pub fn graze(mesh: &PreparedMesh, size: u32, (cell, texel): (usize, usize)) -> f
     let along = along.map(|v| v / dot(along, along).sqrt());
     let scale = f64::from(1_u32 << mesh.lattice().bits());
     let vertex = |v: u32| mesh.vertices()[v as usize].map(|c| f64::from(c) / scale);
-    let pairs = mesh.edges().iter().map(|edge| edge.vertices);
-    let lone = mesh.lone_edges().iter().map(|edge| edge.vertices);
-    pairs
-        .chain(lone)
+    let interior_edges = mesh.edges().iter().map(|edge| edge.vertices);
+    let boundary_edges = mesh.lone_edges().iter().map(|edge| edge.vertices);
+    interior_edges
+        .chain(boundary_edges)
         .map(|ends| distance(from, along, ends.map(vertex)))
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Between a ray along a unit vector and the points from p to q.
+/// Returns the distance between a ray along the unit vector `along` and the segment from p to q.
 fn distance(from: [f64; 3], along: [f64; 3], [p, q]: [[f64; 3]; 2]) -> f64 {
     let edge = minus(q, p);
     let to_p = minus(p, from);
     let [edge_edge, edge_along] = [dot(edge, edge), dot(edge, along)];
-    // Where the lines are closest: least |to_p + s·edge − t·along| over s.
-    let across = edge_edge - edge_along * edge_along;
-    let s = if across > 0.0 {
-        (edge_along * dot(to_p, along) - dot(edge, to_p)) / across
+    // Closest points of the two lines: minimize |to_p + s·edge − t·along| over s and t.
+    let denominator = edge_edge - edge_along * edge_along;
+    let s = if denominator > 0.0 {
+        (edge_along * dot(to_p, along) - dot(edge, to_p)) / denominator
     } else {
         0.0
     };
-    let of_ray = |s: f64| {
+    let distance_at = |s: f64| {
         let point = plus(to_p, edge, s);
         let t = dot(point, along).max(0.0);
         let off = plus(point, along, -t);
         dot(off, off).sqrt()
     };
-    // Behind the ray's start the nearest may be elsewhere, and no ray of ours comes near that.
-    of_ray(s.clamp(0.0, 1.0)).min(of_ray(0.0)).min(of_ray(1.0))
+    // If the closest point lies behind the ray's start, the minimum may be elsewhere on the
+    // segment; rays here never come near that case.
+    distance_at(s.clamp(0.0, 1.0))
+        .min(distance_at(0.0))
+        .min(distance_at(1.0))
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -60,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn distances_are_those_of_geometry() {
+    fn distances_match_hand_computed_ones() {
         let x = [1.0, 0.0, 0.0];
         let at = |ends| distance([0.0; 3], x, ends);
         // Crossing above, beside an end, behind, and parallel.

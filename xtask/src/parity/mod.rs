@@ -1,5 +1,5 @@
-//! The direction sweep against rays at the same snapped mesh: two independent ways to the
-//! same images.
+//! Comparison of the direction sweep with rays cast at the same quantized mesh: two independent
+//! algorithms for the same images.
 
 mod graze;
 
@@ -8,32 +8,33 @@ use aogrid_baker_cpu::SnappedRays;
 
 pub use graze::graze;
 
-/// How many texels may differ, in all: those whose ray passes an edge within the distance that
-/// single floats resolve, 2⁻²⁴ of 32 cells. The project promises 8 in the 50 million of 32³
-/// cells with faces of 16².
-pub const PROMISED: f64 = 8.0 / 50e6;
+/// The share of texels that may differ: those whose ray passes an edge within the resolution of
+/// single floats, 2⁻²⁴ of 32 cells. The project promises 8 in the 50 million texels of 32³ cells
+/// with faces of 16².
+pub const MAX_MISMATCH_RATE: f64 = 8.0 / 50e6;
 
-/// A streak is a row of cells that all differ. Two neighbours that graze the same edge are
-/// none.
-pub const LONGEST_RUN: usize = 3;
+/// The longest allowed run of differing cells along an axis. A longer one is a streak, the mark of
+/// a fault in the sweep; two or three neighbors may graze the same edge by chance.
+pub const MAX_RUN_LENGTH: usize = 3;
 
-/// Differences that are looked at one by one, at most: more are no accident, and each takes a walk
-/// over all edges.
-const MOST_GRAZES: usize = 1000;
+/// The maximum number of differences that are inspected one by one. More cannot be chance, and
+/// each inspection visits every edge.
+const MAX_INSPECTED: usize = 1000;
 
-/// What came out of comparing.
+/// The result of a comparison.
 pub struct Parity {
-    /// Texels in all.
+    /// Number of texels compared.
     pub texels: usize,
     /// Cell and texel of each difference.
     pub differences: Vec<(usize, usize)>,
-    /// How closely the ray of each difference passes an edge, in cells; of the first thousand.
+    /// Distance in cells between the ray of each difference and the nearest edge; the first
+    /// thousand.
     pub grazes: Vec<f64>,
-    /// How far apart, in cells, single floats let the two ways see an edge.
+    /// Upper bound in cells of the distance by which rounding to single floats displaces an edge.
     pub float_distance: f64,
-    /// Texels that are occluded in the rays' images.
+    /// Number of texels that are occluded in the rays' images.
     pub occluded: usize,
-    /// Cells whose count or moments are not, bit for bit, the sums over the sweep's images.
+    /// Number of cells whose count or moments are not bit for bit the sums over the sweep's images.
     pub wrong_sums: usize,
     /// The sweep's moments.
     pub raw: RawGrid,
@@ -45,15 +46,18 @@ impl Parity {
     /// Compares a sweep's moments and faces of `size`² texels with rays.
     pub fn new(mesh: &PreparedMesh, size: u32, (raw, bits): (RawGrid, FaceBits)) -> Self {
         let rays = SnappedRays::new(mesh).faces(size);
-        let all = |cell| (0..bits.texels()).map(move |texel| (cell, texel));
+        let texels_of = |cell| (0..bits.texels()).map(move |texel| (cell, texel));
         let cells = 0..bits.cells();
-        let occluded = cells.flat_map(all).filter(|&(c, t)| rays.get(c, t)).count();
+        let occluded = cells
+            .flat_map(texels_of)
+            .filter(|&(c, t)| rays.get(c, t))
+            .count();
         let differences = bits.differences(&rays);
         Self {
             texels: bits.cells() * bits.texels(),
             grazes: differences
                 .iter()
-                .take(MOST_GRAZES)
+                .take(MAX_INSPECTED)
                 .map(|&difference| graze(mesh, size, difference))
                 .collect(),
             differences,
@@ -65,40 +69,49 @@ impl Parity {
         }
     }
 
-    /// What is wrong beyond how many texels differ; none if nothing is.
+    /// Returns the first violated condition other than the number of differing texels, if any.
     pub fn fault(&self) -> Option<String> {
         let allowed = self.float_distance;
         if self.occluded == 0 {
             return Some("nothing is occluded: nothing was compared".into());
         }
-        if self.differences.len() > MOST_GRAZES {
+        if self.differences.len() > MAX_INSPECTED {
             return Some(format!("{} texels differ", self.differences.len()));
         }
         if let Some(far) = self.grazes.iter().find(|graze| **graze > allowed) {
             return Some(format!(
-                "a ray that differs passes no edge within {allowed:.1e} cells, but at {far:.1e}"
+                "the ray of a differing texel is {far:.1e} cells from the nearest edge; \
+                 {allowed:.1e} are allowed"
             ));
         }
-        if self.longest_run() > LONGEST_RUN {
-            return Some(format!("a streak of {} cells", self.longest_run()));
+        if self.longest_run() > MAX_RUN_LENGTH {
+            return Some(format!(
+                "a streak: {} cells in a row have differing texels",
+                self.longest_run()
+            ));
         }
-        (self.wrong_sums > 0)
-            .then(|| format!("{} cells are not the sums of their texels", self.wrong_sums))
+        (self.wrong_sums > 0).then(|| {
+            format!(
+                "the moments of {} cells are not the sums over their texels",
+                self.wrong_sums
+            )
+        })
     }
 
-    /// The longest run of cells with differing texels along any axis: a *streak*, if long.
+    /// Returns the length of the longest run of cells with differing texels along any axis.
     pub fn longest_run(&self) -> usize {
-        let mut odd = vec![false; self.raw.counts.len()];
+        let mut differs = vec![false; self.raw.counts.len()];
         for (cell, _) in &self.differences {
-            odd[*cell] = true;
+            differs[*cell] = true;
         }
         let spec = &self.raw.spec;
         let mut longest = 0;
-        for idx in (0..odd.len()).filter(|&idx| odd[idx]) {
+        // Start a run at each differing cell and follow it along the three axes.
+        for idx in (0..differs.len()).filter(|&idx| differs[idx]) {
             for axis in 0..3 {
                 let mut cell = spec.cell_at(idx);
                 let mut length = 0;
-                while cell[axis] < spec.resolution()[axis] && odd[spec.cell_idx(cell)] {
+                while cell[axis] < spec.resolution()[axis] && differs[spec.cell_idx(cell)] {
                     length += 1;
                     cell[axis] += 1;
                 }
@@ -109,6 +122,7 @@ impl Parity {
     }
 }
 
+/// Counts the cells whose count or moments are not the sums over their texels in `bits`.
 fn wrong_sums(size: u32, raw: &RawGrid, bits: &FaceBits) -> usize {
     let texels = fixed_texels(size);
     let is_wrong = |cell: &usize| {
@@ -123,10 +137,12 @@ fn wrong_sums(size: u32, raw: &RawGrid, bits: &FaceBits) -> usize {
     (0..bits.cells()).filter(is_wrong).count()
 }
 
-/// Coordinates in single floats are off by 2⁻²⁴ of the largest, and so is every sum and product
-/// on the way from a vertex to a column: V − b·W twice, the crossing along the edge, its height,
-/// and the height times a slope; each as long as the mesh reaches, and steeper by as much as a
-/// cell is longer than wide.
+/// Returns the error bound of an edge's position in single floats, in cells.
+///
+/// Each coordinate is rounded by up to 2⁻²⁴ of the largest, and so is every sum and product between
+/// a vertex and a column: V − b·W twice, the crossing along the edge, its height, and the height
+/// times a slope; 8 roundings. Each is proportional to the mesh's reach, and slopes grow with the
+/// ratio of the longest to the shortest side of a cell.
 fn float_distance(mesh: &PreparedMesh) -> f64 {
     let size = mesh.spec().cell_size();
     let [smallest, largest] = [f64::min, f64::max].map(|f| f(f(size[0], size[1]), size[2]));

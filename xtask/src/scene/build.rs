@@ -1,4 +1,4 @@
-//! From a scene file's keys to a scene.
+//! Conversion of a parsed scene file to a scene.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -14,8 +14,8 @@ use toml::Spanned;
 
 use super::camera::Camera;
 use super::environment::EnvironmentSource;
-use super::numbers::{OneOrThree, Whole, colour, triple};
-use super::places::Source;
+use super::numbers::{OneOrThree, Whole, color, triple};
+use super::places::SceneText;
 use super::schema::{
     AreaLightFile, GridFile, InstanceFile, Layer, MaterialFile, MeshFile, SceneFile, ShowFile,
     TruthFile, UpAxis,
@@ -24,24 +24,25 @@ use super::{
     GridSource, Instance, LoadOptions, Material, ReceiverList, Scene, SceneMesh, receivers,
 };
 
-/// The widest cone that a glossy surface reflects, in degrees.
-const WIDEST_GLOSS: f64 = 90.0;
+/// The largest half-angle of a glossy lobe, in degrees.
+const MAX_GLOSS_DEGREES: f64 = 90.0;
 
-/// The most instances, parts counted one by one.
+/// The maximum number of instances; each part counts.
 const MAX_INSTANCES: usize = 65_535;
 
-/// What is built so far, and where errors are.
+/// The scene built so far, and the file's text to locate errors in.
 pub(super) struct Builder<'a> {
-    source: &'a Source<'a>,
+    source: &'a SceneText<'a>,
     meshes: Vec<SceneMesh>,
-    /// The first mesh and their number for each name in the file, and whether it is a sheet.
+    /// The meshes of each name in the file.
     named: HashMap<String, NamedMesh>,
     materials: Vec<Material>,
     instances: Vec<Instance>,
-    /// The instance that has an id.
+    /// The name of the instance that has an id.
     ids: HashMap<u32, String>,
 }
 
+/// The consecutive meshes that one `[[mesh]]` became: one, or one for each part.
 #[derive(Clone, Copy)]
 struct NamedMesh {
     first: usize,
@@ -50,7 +51,7 @@ struct NamedMesh {
 }
 
 impl<'a> Builder<'a> {
-    pub(super) fn new(source: &'a Source<'a>) -> Self {
+    pub(super) fn new(source: &'a SceneText<'a>) -> Self {
         let white = Material {
             name: "white".into(),
             albedo: [1.0; 3],
@@ -77,7 +78,7 @@ impl<'a> Builder<'a> {
             self.instance(instance)?;
         }
         if let Some(limit) = options.occluders {
-            self.keep_occluders(limit);
+            self.limit_occluders(limit);
         }
         let path = self.source.path;
         let up_axis = file.up.unwrap_or_default();
@@ -108,7 +109,7 @@ impl<'a> Builder<'a> {
             instances: self.instances,
             meshes: self.meshes,
             materials: self.materials,
-            ambient: file.ambient.map_or([0.0; 3], colour),
+            ambient: file.ambient.map_or([0.0; 3], color),
             area_light,
             environment,
             truth: truth_options(file.truth),
@@ -128,49 +129,58 @@ impl<'a> Builder<'a> {
     fn material(&mut self, file: MaterialFile) -> anyhow::Result<()> {
         let name = file.name.get_ref();
         if self.materials.iter().skip(1).any(|m| m.name == *name) {
-            return Err(self.twice(&file.name, "material"));
+            return Err(self.duplicate_name(&file.name, "material"));
         }
-        if let Some(gloss) = file.gloss.as_ref().filter(|v| v.get_ref().0 > WIDEST_GLOSS) {
-            let message = format!("{} degrees are more than {WIDEST_GLOSS}", gloss.get_ref().0);
-            return Err(self.source.at(gloss, "material.gloss", &message));
+        if let Some(gloss) = file
+            .gloss
+            .as_ref()
+            .filter(|v| v.get_ref().0 > MAX_GLOSS_DEGREES)
+        {
+            let message = format!(
+                "{} degrees are more than {MAX_GLOSS_DEGREES}",
+                gloss.get_ref().0
+            );
+            return Err(self.source.error_at(gloss, "material.gloss", &message));
         }
         self.materials.push(Material {
             name: name.clone(),
-            albedo: colour(file.albedo),
+            albedo: color(file.albedo),
             gloss: file.gloss.map(|v| v.get_ref().0.to_radians()),
         });
         Ok(())
     }
 
-    fn twice(&self, name: &Spanned<String>, what: &str) -> anyhow::Error {
-        let message = format!("there is a {what} `{}` already", name.get_ref());
-        self.source.at(name, &format!("{what}.name"), &message)
+    /// Returns the error for a name that is already in use.
+    fn duplicate_name(&self, name: &Spanned<String>, what: &str) -> anyhow::Error {
+        let message = format!("there is already a {what} `{}`", name.get_ref());
+        self.source
+            .error_at(name, &format!("{what}.name"), &message)
     }
 
     fn mesh(&mut self, file: Spanned<MeshFile>) -> anyhow::Result<()> {
-        let place = Spanned::new(file.span(), ());
+        let span = Spanned::new(file.span(), ());
         let file = file.into_inner();
         if self.named.contains_key(file.name.get_ref()) {
-            return Err(self.twice(&file.name, "mesh"));
+            return Err(self.duplicate_name(&file.name, "mesh"));
         }
         let grid = self.grid(&file)?;
-        let loaded = self.load_mesh(&file, &place)?;
+        let loaded = self.load_mesh(&file, &span)?;
         let name = file.name.get_ref();
         let first = self.meshes.len();
         if file.parts == Some(true) {
             for idx in 0..loaded.mesh.parts().len() {
                 let part = loaded.mesh.parts()[idx].name.clone();
-                let mesh = self.part_of(&loaded, idx, &place)?;
+                let mesh = self.part_of(&loaded, idx, &span)?;
                 self.push_mesh(format!("{name}/{part}"), mesh, &loaded, Some(part), &grid);
             }
         } else if let Some(part) = &file.part {
             let parts = loaded.mesh.parts();
             let Some(idx) = parts.iter().position(|p| p.name == *part.get_ref()) else {
                 let names: Vec<_> = parts.iter().map(|p| p.name.as_str()).collect();
-                let known = format!("no such part; there are: {}", names.join(", "));
-                return Err(self.source.at(part, "mesh.part", &known));
+                let message = format!("no such part; there are: {}", names.join(", "));
+                return Err(self.source.error_at(part, "mesh.part", &message));
             };
-            let mesh = self.part_of(&loaded, idx, &place)?;
+            let mesh = self.part_of(&loaded, idx, &span)?;
             let part = Some(part.get_ref().clone());
             self.push_mesh(name.clone(), mesh, &loaded, part, &grid);
         } else {
@@ -189,12 +199,12 @@ impl<'a> Builder<'a> {
         &self,
         loaded: &LoadedMesh,
         idx: usize,
-        place: &Spanned<()>,
+        span: &Spanned<()>,
     ) -> anyhow::Result<TriangleMesh> {
         loaded
             .mesh
             .part(idx)
-            .map_err(|e| self.source.at(place, "mesh.parts", &e.to_string()))
+            .map_err(|e| self.source.error_at(span, "mesh.parts", &e.to_string()))
     }
 
     fn push_mesh(
@@ -217,13 +227,16 @@ impl<'a> Builder<'a> {
         });
     }
 
-    fn load_mesh(&self, file: &MeshFile, place: &Spanned<()>) -> anyhow::Result<LoadedMesh> {
-        let error = |key: &str, message: &str| self.source.at(place, key, message);
+    fn load_mesh(&self, file: &MeshFile, span: &Spanned<()>) -> anyhow::Result<LoadedMesh> {
+        let error = |key: &str, message: &str| self.source.error_at(span, key, message);
         if file.parts.is_some() && file.part.is_some() {
             return Err(error("mesh.part", "`parts` and `part` exclude each other"));
         }
         if file.triangles.is_some() && file.sample.is_none() {
-            return Err(error("mesh.triangles", "only a sample can be refined"));
+            return Err(error(
+                "mesh.triangles",
+                "only a built-in `sample` can be refined",
+            ));
         }
         match (&file.file, &file.sample, file.rectangle) {
             (Some(name), None, None) => {
@@ -248,13 +261,13 @@ impl<'a> Builder<'a> {
     ) -> anyhow::Result<LoadedMesh> {
         let Some(sample) = Sample::ALL.iter().find(|s| s.name() == name.get_ref()) else {
             let names = Sample::ALL.map(Sample::name).join(", ");
-            let known = format!("no such sample; there are: {names}");
-            return Err(self.source.at(name, "mesh.sample", &known));
+            let message = format!("no such sample; there are: {names}");
+            return Err(self.source.error_at(name, "mesh.sample", &message));
         };
         let mesh = sample
             .mesh(triangles.map(|n| n.0 as usize))
-            .map_err(|e| self.source.at(name, "mesh.triangles", &e.to_string()))?;
-        Ok(made(mesh, sample.name()))
+            .map_err(|e| self.source.error_at(name, "mesh.triangles", &e.to_string()))?;
+        Ok(loaded_from_memory(mesh, sample.name()))
     }
 
     fn grid(&self, file: &MeshFile) -> anyhow::Result<GridSource> {
@@ -265,13 +278,17 @@ impl<'a> Builder<'a> {
             ));
         };
         let grid = spanned.get_ref();
-        let error = |message: &str| self.source.at(spanned, "mesh.grid", message);
+        let error = |message: &str| self.source.error_at(spanned, "mesh.grid", message);
         if let Some(name) = &grid.file {
-            if !is_file_alone(grid) {
-                return Err(error("with `file` there is nothing to bake"));
+            if !is_only_file(grid) {
+                return Err(error(
+                    "with `file` there is nothing to bake: leave out the other keys",
+                ));
             }
             if file.parts == Some(true) {
-                return Err(error("a file is the grid of one mesh, not of its parts"));
+                return Err(error(
+                    "a file is the grid of one mesh, not of its parts: name a `part`",
+                ));
             }
             return Ok(GridSource::File(resolve(self.source.path, name)));
         }
@@ -285,11 +302,11 @@ impl<'a> Builder<'a> {
     }
 
     fn instance(&mut self, file: Spanned<InstanceFile>) -> anyhow::Result<()> {
-        let place = Spanned::new(file.span(), ());
+        let span = Spanned::new(file.span(), ());
         let file = file.into_inner();
         let Some(&named) = self.named.get(file.mesh.get_ref()) else {
             let message = format!("there is no mesh `{}`", file.mesh.get_ref());
-            return Err(self.source.at(&file.mesh, "instance.mesh", &message));
+            return Err(self.source.error_at(&file.mesh, "instance.mesh", &message));
         };
         let material = match &file.material {
             None => 0,
@@ -298,8 +315,9 @@ impl<'a> Builder<'a> {
         let (world_from_object, is_similarity) = self.transform(&file)?;
         if self.instances.len() + named.count > MAX_INSTANCES {
             let message = format!("more than {MAX_INSTANCES} instances");
-            return Err(self.source.at(&place, "instance", &message));
+            return Err(self.source.error_at(&span, "instance", &message));
         }
+        // A mesh with parts becomes an instance for each part, with consecutive ids.
         for (idx, mesh) in (named.first..named.first + named.count).enumerate() {
             let id = match file.id {
                 Some(id) => id.0 + idx as u32,
@@ -314,18 +332,19 @@ impl<'a> Builder<'a> {
                     format!("{name}/{}", part.unwrap_or_default())
                 }
             };
-            self.take_id(id, &name, &place)?;
+            self.claim_id(id, &name, &span)?;
             self.instances.push(Instance {
                 name,
                 id,
                 mesh,
                 world_from_object,
                 is_similarity,
-                // A sheet hides nothing from what stands on it, and its grid would be one of air.
+                // A rectangle casts only if asked to: it does not occlude what stands on it, and
+                // its grid would be nearly empty.
                 casts: file.casts.unwrap_or(!named.is_rectangle),
                 strength: file.strength.map_or(1.0, |v| v.0 as f32),
-                layers: layers(file.layers.as_deref(), 1),
-                casts_on: layers(file.casts_on.as_deref(), u32::MAX),
+                layers: layer_mask(file.layers.as_deref(), 1),
+                casts_on: layer_mask(file.casts_on.as_deref(), u32::MAX),
                 excludes: file.excludes.iter().map(|id| id.0).collect(),
                 material,
             });
@@ -333,12 +352,13 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    fn take_id(&mut self, id: u32, name: &str, place: &Spanned<()>) -> anyhow::Result<()> {
+    /// Registers the id of an instance; an error if another one has it.
+    fn claim_id(&mut self, id: u32, name: &str, span: &Spanned<()>) -> anyhow::Result<()> {
         let Some(other) = self.ids.insert(id, name.to_owned()) else {
             return Ok(());
         };
         let message = format!("`{other}` and `{name}` both have {id}");
-        Err(self.source.at(place, "instance.id", &message))
+        Err(self.source.error_at(span, "instance.id", &message))
     }
 
     fn material_idx(&self, name: &Spanned<String>) -> anyhow::Result<usize> {
@@ -348,11 +368,12 @@ impl<'a> Builder<'a> {
             .rposition(|m| m.name == *name.get_ref());
         found.ok_or_else(|| {
             let message = format!("there is no material `{}`", name.get_ref());
-            self.source.at(name, "instance.material", &message)
+            self.source.error_at(name, "instance.material", &message)
         })
     }
 
-    /// Scale, then rotation, then translation; and whether the scale is uniform.
+    /// Returns the transform, which scales, rotates and then translates, and whether its scale is
+    /// uniform up to signs.
     fn transform(&self, file: &InstanceFile) -> anyhow::Result<(DAffine3, bool)> {
         let scale = match &file.scale {
             None => [1.0; 3],
@@ -360,8 +381,8 @@ impl<'a> Builder<'a> {
                 let OneOrThree(axes) = *scale.get_ref();
                 let axes = axes.map(|v| v.0);
                 if axes.iter().any(|v| v.abs() < f64::from(f32::MIN_POSITIVE)) {
-                    let message = "zero leaves nothing of the object";
-                    return Err(self.source.at(scale, "instance.scale", message));
+                    let message = "a scale of zero makes the object vanish";
+                    return Err(self.source.error_at(scale, "instance.scale", message));
                 }
                 axes
             }
@@ -371,8 +392,8 @@ impl<'a> Builder<'a> {
             Some(rotate) => {
                 let axis = DVec3::from_array(triple(rotate.get_ref().axis)).try_normalize();
                 let Some(axis) = axis else {
-                    let message = "the axis has no direction";
-                    return Err(self.source.at(rotate, "instance.rotate", message));
+                    let message = "the axis must not be zero";
+                    return Err(self.source.error_at(rotate, "instance.rotate", message));
                 };
                 DQuat::from_axis_angle(axis, rotate.get_ref().degrees.0.to_radians())
             }
@@ -387,7 +408,8 @@ impl<'a> Builder<'a> {
         Ok((transform, is_similarity))
     }
 
-    fn keep_occluders(&mut self, limit: usize) {
+    /// Removes all occluders but the first `limit`.
+    fn limit_occluders(&mut self, limit: usize) {
         let mut casters = 0;
         self.instances.retain(|instance| {
             casters += usize::from(instance.casts);
@@ -405,7 +427,7 @@ impl<'a> Builder<'a> {
             let found = self.instances.iter().find(|i| i.name == *name.get_ref());
             let Some(found) = found else {
                 let message = format!("there is no instance `{}`", name.get_ref());
-                return Err(self.source.at(name, "receivers.object", &message));
+                return Err(self.source.error_at(name, "receivers.object", &message));
             };
             receivers.object = Some(found.id);
         }
@@ -414,13 +436,13 @@ impl<'a> Builder<'a> {
 
     fn area_light(&self, light: &Spanned<AreaLightFile>) -> anyhow::Result<AreaLight> {
         let file = light.get_ref();
-        let made = AreaLight::new(
+        let light_result = AreaLight::new(
             triple(file.center),
             triple(file.half_u),
             triple(file.half_v),
-            colour(file.radiance),
+            color(file.radiance),
         );
-        made.map_err(|e| self.source.at(light, "area_light", &e.to_string()))
+        light_result.map_err(|e| self.source.error_at(light, "area_light", &e.to_string()))
     }
 }
 
@@ -443,7 +465,8 @@ fn truth_options(file: Option<TruthFile>) -> TruthOptions {
     }
 }
 
-fn layers(listed: Option<&[Layer]>, default: u32) -> u32 {
+/// Returns a mask with a bit for each listed layer.
+fn layer_mask(listed: Option<&[Layer]>, default: u32) -> u32 {
     listed.map_or(default, |list| {
         list.iter().fold(0, |mask, layer| mask | 1 << layer.0)
     })
@@ -465,7 +488,7 @@ fn placement(grid: &GridFile) -> Placement {
 
 fn bake_options(grid: &GridFile) -> Result<BakeOptions, &'static str> {
     let default = BakeOptions::recommended();
-    let method = match (grid.rays, grid.face_size, grid.seed) {
+    let sampling = match (grid.rays, grid.face_size, grid.seed) {
         (Some(_), Some(_), _) => return Err("`rays` and `face_size` exclude each other"),
         (None, _, Some(_)) => return Err("`seed` needs `rays`"),
         (Some(rays), None, seed) => Method::Rays {
@@ -477,7 +500,7 @@ fn bake_options(grid: &GridFile) -> Result<BakeOptions, &'static str> {
     };
     let offset = grid.sample_offset.map(|v| v.map(|v| v.0 as f32));
     Ok(BakeOptions {
-        method,
+        method: sampling,
         max_distance: grid.max_distance.map(|d| d.f32()),
         sample_offset: offset.unwrap_or(default.sample_offset),
         interior: grid.interior.map_or(default.interior, Into::into),
@@ -487,7 +510,8 @@ fn bake_options(grid: &GridFile) -> Result<BakeOptions, &'static str> {
     })
 }
 
-fn is_file_alone(grid: &GridFile) -> bool {
+/// Whether a grid names a file and no option of a bake.
+fn is_only_file(grid: &GridFile) -> bool {
     let GridFile {
         file: _,
         resolution,
@@ -517,7 +541,7 @@ fn is_file_alone(grid: &GridFile) -> bool {
         && sample_offset.is_none()
 }
 
-/// A sheet of these half-extents in the xz-plane, facing +y.
+/// Returns a sheet of these half-extents in the xz-plane, facing +y.
 fn rectangle([x, z]: [f32; 2]) -> LoadedMesh {
     let positions = vec![[-x, 0.0, -z], [x, 0.0, -z], [x, 0.0, z], [-x, 0.0, z]];
     let part = Part {
@@ -526,11 +550,11 @@ fn rectangle([x, z]: [f32; 2]) -> LoadedMesh {
     };
     let triangles = vec![[0, 2, 1], [0, 3, 2]];
     let mesh = TriangleMesh::new(positions, triangles, vec![part]);
-    made(mesh.expect("two triangles are a mesh"), "rectangle")
+    loaded_from_memory(mesh.expect("two triangles are a mesh"), "rectangle")
 }
 
-/// A mesh of ours, as if from a file.
-fn made(mesh: TriangleMesh, name: &str) -> LoadedMesh {
+/// Returns a generated mesh as if it had been loaded from an OBJ file.
+fn loaded_from_memory(mesh: TriangleMesh, name: &str) -> LoadedMesh {
     LoadedMesh {
         blake3: blake3::hash(to_obj(&mesh).as_bytes()).to_hex().to_string(),
         mesh,
@@ -538,15 +562,15 @@ fn made(mesh: TriangleMesh, name: &str) -> LoadedMesh {
     }
 }
 
-/// The folder of data that the project does not ship, in a file's name.
-const SHARED: &str = "$AOGRID_SHARED/";
+/// The prefix of file names that lie in the data folder, which the project does not ship.
+const DATA_FOLDER_PREFIX: &str = "$AOGRID_SHARED/";
 
-/// Where a file that a scene names lies: beside the scene, or in the data folder.
+/// Returns the path of a file that a scene names: relative to the scene, or in the data folder.
 pub(super) fn resolve(scene: &Path, name: &str) -> PathBuf {
-    let Some(inside) = name.strip_prefix(SHARED) else {
+    let Some(inside) = name.strip_prefix(DATA_FOLDER_PREFIX) else {
         return scene.parent().unwrap_or(Path::new("")).join(name);
     };
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared");
-    let folder = std::env::var_os("AOGRID_SHARED").map_or_else(beside, PathBuf::from);
+    let default_folder = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared");
+    let folder = std::env::var_os("AOGRID_SHARED").map_or_else(default_folder, PathBuf::from);
     folder.join(inside)
 }

@@ -1,63 +1,64 @@
-//! Cameras: rays for pixels, and the matrix that undoes them.
+//! Cameras: rays through pixels and the projection matrix.
 
 use glam::{DMat4, DVec3, DVec4};
 use toml::Spanned;
 
 use super::numbers::triple;
-use super::places::Source;
+use super::places::SceneText;
 use super::schema::CameraFile;
 
-/// Looks along −z of its own space, x to the right, y upwards; square pixels.
+/// A camera that looks along −z of its own space, x to the right, y upwards; its pixels are square.
 #[derive(Clone, Debug)]
 pub struct Camera {
-    /// Where it is, in world space.
+    /// The position in world space.
     pub position: DVec3,
-    /// To the right, of length 1.
+    /// The unit vector to the right of the picture, in world space.
     pub right: DVec3,
-    /// Upwards in the picture, of length 1.
+    /// The unit vector to the top of the picture, in world space.
     pub up: DVec3,
-    /// Where it looks, of length 1.
+    /// The viewing direction, a unit vector in world space.
     pub forward: DVec3,
-    /// How it projects.
+    /// The projection.
     pub projection: Projection,
-    /// Pixels across and down.
+    /// The picture's width and height in pixels.
     pub resolution: [u32; 2],
 }
 
-/// How points get into the picture.
+/// A perspective or orthographic projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// Through a point: the angle between the upper and the lower edge, in radians.
+    /// Projection through the camera's position.
     Perspective {
-        /// Above zero, below π.
+        /// The angle between the picture's upper and lower edge, in radians, above 0 and below π.
         vertical_fov: f64,
     },
-    /// In parallel: what lies behind the camera's plane is not seen.
+    /// Parallel projection; points behind the camera's plane are not seen.
     Orthographic {
-        /// Of the picture, in world units.
+        /// The picture's height in world units.
         height: f64,
     },
 }
 
-/// The widest perspective, in degrees.
-const WIDEST: f64 = 170.0;
+/// The largest vertical field of view, in degrees.
+const MAX_FOV_DEGREES: f64 = 170.0;
 
 impl Camera {
     pub(super) fn new(
-        source: &Source<'_>,
+        source: &SceneText<'_>,
         spanned: &Spanned<CameraFile>,
         world_up: DVec3,
     ) -> anyhow::Result<Self> {
         let file = spanned.get_ref();
-        let error = |key: &str, message: &str| source.at(spanned, key, message);
+        let error = |key: &str, message: &str| source.error_at(spanned, key, message);
         let projection = match (file.vertical_fov, file.height) {
             (Some(_), Some(_)) => {
-                let message = "it is for perspective, and `height` for orthographic cameras";
+                let message =
+                    "perspective cameras have it and orthographic ones `height`: leave one out";
                 return Err(error("camera.vertical_fov", message));
             }
             (None, Some(height)) => Projection::Orthographic { height: height.0 },
-            (Some(fov), None) if fov.0 > WIDEST => {
-                let message = format!("{} degrees are more than {WIDEST}", fov.0);
+            (Some(fov), None) if fov.0 > MAX_FOV_DEGREES => {
+                let message = format!("{} degrees are more than {MAX_FOV_DEGREES}", fov.0);
                 return Err(error("camera.vertical_fov", &message));
             }
             (fov, None) => Projection::Perspective {
@@ -67,12 +68,12 @@ impl Camera {
         let position = DVec3::from_array(triple(file.position));
         let target = DVec3::from_array(triple(file.target));
         let Some(forward) = (target - position).try_normalize() else {
-            let message = "it is where the camera is: there is no direction to look in";
+            let message = "it equals `position`: there is no direction to look in";
             return Err(error("camera.target", message));
         };
         let right = match forward.cross(world_up).try_normalize() {
             Some(right) if forward.cross(world_up).length() > 1e-6 => right,
-            // Straight up or down: any way round will do, as long as it is always the same.
+            // The camera looks straight up or down: any fixed choice will do.
             _ => DVec3::X,
         };
         let right = (right - forward * right.dot(forward)).normalize();
@@ -86,11 +87,11 @@ impl Camera {
         })
     }
 
-    /// The ray through the centre of pixel (x, y), y downwards: origin and a direction, of
-    /// length 1, in world space.
+    /// Returns the ray through the center of pixel (x, y), y downwards, as origin and unit
+    /// direction in world space.
     pub fn ray(&self, [x, y]: [u32; 2]) -> [DVec3; 2] {
         let [width, height] = self.resolution.map(f64::from);
-        // In half pictures' heights from the centre.
+        // Offsets from the picture's center in units of half its height.
         let across = (2.0 * (f64::from(x) + 0.5) - width) / height;
         let upwards = 1.0 - 2.0 * (f64::from(y) + 0.5) / height;
         match self.projection {
@@ -106,7 +107,7 @@ impl Camera {
         }
     }
 
-    /// The direction from a point towards whoever looks through the camera, of length 1.
+    /// Returns the unit direction from a point towards the viewer.
     pub fn towards_viewer(&self, point: DVec3) -> DVec3 {
         match self.projection {
             Projection::Perspective { .. } => (self.position - point).normalize_or(-self.forward),
@@ -114,7 +115,8 @@ impl Camera {
         }
     }
 
-    /// To clip space as wgpu has it: x and y in −1..1 upwards, depth 0 at `near` and 1 at `far`.
+    /// Returns the projection to wgpu's clip space: x and y in −1..1, y upwards, depth 0 at `near`
+    /// and 1 at `far`.
     pub fn clip_from_world(&self, near: f64, far: f64) -> DMat4 {
         let aspect = f64::from(self.resolution[0]) / f64::from(self.resolution[1]);
         let row = |axis: DVec3| axis.extend(-axis.dot(self.position));

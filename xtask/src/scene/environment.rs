@@ -1,4 +1,4 @@
-//! Environments: maps from EXR and HDR files, one colour, or a room's six walls.
+//! Environment maps from EXR and HDR files, a single color, or a room's six walls.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -15,11 +15,11 @@ use image::codecs::hdr::HdrDecoder;
 use toml::Spanned;
 
 use super::build::resolve;
-use super::numbers::colour;
-use super::places::Source;
+use super::numbers::color;
+use super::places::SceneText;
 use super::schema::{EnvironmentFile, RoomFile, UpAxis};
 
-/// Where an environment's radiance comes from, not yet read.
+/// The description of an environment, not yet loaded.
 #[derive(Clone, Debug)]
 pub struct EnvironmentSource {
     radiance: Radiance,
@@ -30,71 +30,71 @@ pub struct EnvironmentSource {
 #[derive(Clone, Debug)]
 enum Radiance {
     File(PathBuf),
-    Colour([f32; 3]),
-    /// Towards +x, −x, +y, −y, +z, −z of the map.
+    Color([f32; 3]),
+    /// The walls towards +x, −x, +y, −y, +z, −z of the map.
     Room([[f32; 3]; 6]),
 }
 
-/// A picture of radiance, rows from the top.
+/// A lat-long image of radiance, rows from the top.
 struct Picture {
     size: [usize; 2],
     texels: Vec<[f32; 3]>,
 }
 
-/// The most texels of a map: 8192 by 4096.
+/// The maximum number of texels of a map: 8192 by 4096.
 const MAX_TEXELS: usize = 8192 * 4096;
 
-/// The most bytes that an EXR file's picture may take with all its channels.
+/// The maximum size in bytes of a decoded EXR image with all its channels.
 const MAX_EXR_BYTES: usize = 512 << 20;
 
-/// What half floats can hold: where a file says infinity it means at least this.
-const BRIGHTEST: f32 = 65504.0;
+/// The largest half float, which replaces infinities in files.
+const MAX_HALF: f32 = 65504.0;
 
-/// A room's map: texels of 0.7 degrees.
-const ROOM: [usize; 2] = [512, 256];
+/// The size of a room's map: texels of 0.7 degrees.
+const ROOM_SIZE: [usize; 2] = [512, 256];
 
 impl EnvironmentSource {
     pub(super) fn new(
-        source: &Source<'_>,
+        source: &SceneText<'_>,
         spanned: Spanned<EnvironmentFile>,
         scene_up: UpAxis,
     ) -> anyhow::Result<Self> {
-        let place = Spanned::new(spanned.span(), ());
+        let span = Spanned::new(spanned.span(), ());
         let file = spanned.into_inner();
         let radiance = match (file.file, file.color, file.room) {
             (Some(name), None, None) => Radiance::File(resolve(source.path, &name)),
-            (None, Some(given), None) => Radiance::Colour(colour(given)),
+            (None, Some(given), None) => Radiance::Color(color(given)),
             (None, None, Some(room)) => Radiance::Room(walls(&room)),
             _ => {
                 let message = "exactly one of `file`, `color` and `room` is needed";
-                return Err(source.at(&place, "environment", message));
+                return Err(source.error_at(&span, "environment", message));
             }
         };
         let yaw = file.yaw.map_or(0.0, |v| v.0).to_radians();
-        let stand = match file.up.unwrap_or(scene_up) {
+        let map_from_upright = match file.up.unwrap_or(scene_up) {
             UpAxis::Y => DMat3::IDENTITY,
-            // World z becomes the map's y, world −y its z.
+            // Rotate the z-up world into the y-up map: world z becomes y, world −y becomes z.
             UpAxis::Z => DMat3::from_cols(DVec3::X, -DVec3::Z, DVec3::Y),
         };
         Ok(Self {
             radiance,
-            map_from_world: DMat3::from_rotation_y(-yaw) * stand,
+            map_from_world: DMat3::from_rotation_y(-yaw) * map_from_upright,
             scale: file.scale.map_or(1.0, |v| v.0 as f32),
         })
     }
 
-    /// Reads or makes the map; with it come warnings, a line each.
+    /// Reads or generates the map, and returns it with warnings, one line each.
     ///
     /// # Errors
     ///
-    /// The file is no map of a kind that is read, or too large.
+    /// The file cannot be read, is of an unsupported kind, or is too large.
     pub fn load(&self) -> anyhow::Result<(Environment, Vec<String>)> {
         let mut warnings = vec![];
         let mut picture = match &self.radiance {
             Radiance::File(path) => read(path, &mut warnings)?,
-            Radiance::Colour(colour) => Picture {
+            Radiance::Color(color) => Picture {
                 size: [1, 1],
-                texels: vec![*colour],
+                texels: vec![*color],
             },
             Radiance::Room(walls) => room(walls),
         };
@@ -107,6 +107,7 @@ impl EnvironmentSource {
     }
 }
 
+/// Returns a room's walls in the order of [`Radiance::Room`].
 fn walls(room: &RoomFile) -> [[f32; 3]; 6] {
     let RoomFile {
         right,
@@ -116,15 +117,16 @@ fn walls(room: &RoomFile) -> [[f32; 3]; 6] {
         front,
         back,
     } = room;
-    [right, left, ceiling, floor, front, back].map(|c| colour(*c))
+    [right, left, ceiling, floor, front, back].map(|c| color(*c))
 }
 
-/// A cube's walls as a latitude-longitude map, 4×4 points a texel.
+/// Renders a cube's walls into a lat-long map with 4×4 samples a texel.
 fn room(walls: &[[f32; 3]; 6]) -> Picture {
-    const POINTS: usize = 4;
-    let [width, height] = ROOM;
+    const SAMPLES: usize = 4;
+    let [width, height] = ROOM_SIZE;
     let wall = |x: usize, y: usize| {
-        let at = |i: usize, n: usize| (i as f64 + 0.5) / (n * POINTS) as f64;
+        let at = |i: usize, n: usize| (i as f64 + 0.5) / (n * SAMPLES) as f64;
+        // The direction of the sample: +z at the center of the map, +x at u = ¼.
         let (u, v) = (at(x, width), at(y, height));
         let (sin, cos) = ((0.5 - u) * std::f64::consts::TAU).sin_cos();
         let (up, level) = ((0.5 - v) * std::f64::consts::PI).sin_cos();
@@ -134,21 +136,21 @@ fn room(walls: &[[f32; 3]; 6]) -> Picture {
         walls[2 * major + usize::from(d[major] < 0.0)]
     };
     let texel = |idx: usize| {
-        let (x, y) = (idx % width * POINTS, idx / width * POINTS);
+        let (x, y) = (idx % width * SAMPLES, idx / width * SAMPLES);
         let mut sum = [0.0; 3];
-        for point in 0..POINTS * POINTS {
-            let colour = wall(x + point % POINTS, y + point / POINTS);
-            sum = std::array::from_fn(|c| sum[c] + colour[c]);
+        for sample in 0..SAMPLES * SAMPLES {
+            let color = wall(x + sample % SAMPLES, y + sample / SAMPLES);
+            sum = std::array::from_fn(|c| sum[c] + color[c]);
         }
-        sum.map(|v| v / (POINTS * POINTS) as f32)
+        sum.map(|v| v / (SAMPLES * SAMPLES) as f32)
     };
     Picture {
-        size: ROOM,
+        size: ROOM_SIZE,
         texels: (0..width * height).map(texel).collect(),
     }
 }
 
-/// Reads an EXR or HDR file, by its first bytes.
+/// Reads an EXR or HDR file; its first bytes decide which.
 fn read(path: &Path, warnings: &mut Vec<String>) -> anyhow::Result<Picture> {
     let shown = || path.display().to_string();
     let metadata = std::fs::metadata(path).with_context(shown)?;
@@ -159,41 +161,38 @@ fn read(path: &Path, warnings: &mut Vec<String>) -> anyhow::Result<Picture> {
     let mut picture = match &start {
         [0x76, 0x2f, 0x31, 0x01] if is_whole => read_exr(path).with_context(shown)?,
         [b'#', b'?', ..] if is_whole => read_hdr(path).with_context(shown)?,
-        _ => bail!(
-            "{}: it is neither an EXR nor a Radiance HDR picture",
-            shown()
-        ),
+        _ => bail!("{}: it is neither an EXR nor a Radiance HDR file", shown()),
     };
-    let [negative, odd] = clean(&mut picture.texels);
+    let [negative, non_finite] = sanitize(&mut picture.texels);
     if negative > 0 {
         warnings.push(format!(
-            "{}: {negative} texels have negative radiance, which was clamped to 0",
+            "{}: {negative} texels have negative radiance (clamped to 0)",
             shown()
         ));
     }
-    if odd > 0 {
+    if non_finite > 0 {
         warnings.push(format!(
-            "{}: {odd} texels are infinite, which was clamped to {BRIGHTEST}, or no number, which became 0",
+            "{}: {non_finite} texels are infinite (clamped to {MAX_HALF}) or NaN (set to 0)",
             shown()
         ));
     }
     Ok(picture)
 }
 
-/// Makes radiance of what a file may hold; how many texels were negative, and how many infinite
-/// or no number.
-fn clean(texels: &mut [[f32; 3]]) -> [usize; 2] {
-    let (mut negative, mut odd) = (0, 0);
+/// Replaces values that are no radiance, and returns how many texels were negative and how many
+/// were infinite or NaN.
+fn sanitize(texels: &mut [[f32; 3]]) -> [usize; 2] {
+    let (mut negative, mut non_finite) = (0, 0);
     for texel in texels {
         negative += usize::from(texel.iter().any(|&v| v < 0.0));
-        odd += usize::from(texel.iter().any(|v| !v.is_finite()));
+        non_finite += usize::from(texel.iter().any(|v| !v.is_finite()));
         *texel = texel.map(|v| match v {
             v if v.is_nan() => 0.0,
-            v if v.is_infinite() && v > 0.0 => BRIGHTEST,
+            v if v.is_infinite() && v > 0.0 => MAX_HALF,
             v => v.max(0.0),
         });
     }
-    [negative, odd]
+    [negative, non_finite]
 }
 
 fn check_size([width, height]: [usize; 2]) -> anyhow::Result<()> {
@@ -204,8 +203,9 @@ fn check_size([width, height]: [usize; 2]) -> anyhow::Result<()> {
     }
 }
 
-/// The largest level of the first layer with colours.
+/// Reads the largest level of the first layer that has the channels R, G and B.
 fn read_exr(path: &Path) -> anyhow::Result<Picture> {
+    // Check the headers first, so that a hostile file cannot make us allocate much memory.
     let meta = MetaData::read_from_file(path, false)?;
     for header in &meta.headers {
         let size = [header.layer_size.width(), header.layer_size.height()];
@@ -217,7 +217,7 @@ fn read_exr(path: &Path) -> anyhow::Result<Picture> {
         let block = header.max_block_byte_size();
         ensure!(
             layer.is_some_and(|bytes| bytes <= MAX_EXR_BYTES) && block <= MAX_EXR_BYTES,
-            "its channels take more than {} MiB: leave out what is not a colour",
+            "its channels take more than {} MiB: leave out all but R, G and B",
             MAX_EXR_BYTES >> 20
         );
         ensure!(

@@ -1,4 +1,4 @@
-//! What the camera sees at each pixel: place, normal, object.
+//! G-buffers: the position, normal and object id that the camera sees at each pixel.
 
 use std::io::Cursor;
 use std::ops::ControlFlow;
@@ -14,26 +14,28 @@ use rayon::prelude::*;
 
 use super::{Camera, Scene};
 
-/// One entry a pixel, rows from the top.
+/// A G-buffer with one entry a pixel, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GBuffer {
-    /// Pixels across and down.
+    /// Width and height in pixels.
     pub size: [u32; 2],
-    /// In world space; zero where nothing is seen.
+    /// Positions in world space; zero where nothing is seen.
     pub positions: Vec<[f32; 3]>,
-    /// Of the triangle, of length 1, towards the camera; zero where nothing is seen.
+    /// Unit normals of the triangles, facing the camera; zero where nothing is seen.
     pub normals: Vec<[f32; 3]>,
-    /// The instance's id; 0 where nothing is seen.
+    /// Ids of the instances; 0 where nothing is seen.
     pub ids: Vec<u32>,
-    /// How far a ray should start off the surface so that it does not meet it: what rounding
-    /// positions to single floats may cost, in world units.
+    /// The distance from the surface, in world units, at which rays should start so that they do
+    /// not hit it: an upper bound for the rounding of positions to single floats.
     pub lift: f64,
 }
 
-/// Of the scene's largest half-extent. Positions are rounded by at most 2⁻²⁴ of their largest
-/// coordinate, which is up to some times that half-extent where a scene is off the origin.
-const LIFT: f64 = 1e-5;
+/// The lift as a fraction of the scene's largest half-extent. Positions are rounded by at most 2⁻²⁴
+/// of their largest coordinate, which may be several times that half-extent if the scene is not
+/// centered at the origin.
+const LIFT_PER_EXTENT: f64 = 1e-5;
 
+/// One entry of a G-buffer.
 struct Pixel {
     position: [f32; 3],
     normal: [f32; 3],
@@ -41,11 +43,11 @@ struct Pixel {
 }
 
 impl GBuffer {
-    /// Casts a ray through the centre of every pixel, on all threads.
+    /// Casts a ray through the center of every pixel, on all threads.
     ///
     /// # Errors
     ///
-    /// No camera, a scene that cannot be flattened, cancellation.
+    /// The scene has no camera or no instance, cannot be flattened, or the observer cancelled.
     pub fn trace(scene: &Scene, observer: Observer<'_>) -> anyhow::Result<Self> {
         let Some(camera) = &scene.camera else {
             bail!(
@@ -60,8 +62,8 @@ impl GBuffer {
             );
         };
         let ids: Vec<u32> = scene.instances.iter().map(|instance| instance.id).collect();
-        let visible = Visible {
-            surfaces: Occluder::new(&mesh),
+        let rays = CameraRays {
+            scene: Occluder::new(&mesh),
             mesh: &mesh,
             ids: &ids,
             camera,
@@ -71,7 +73,7 @@ impl GBuffer {
         let rows: Option<Vec<Vec<Pixel>>> = (0..height)
             .into_par_iter()
             .map(|y| {
-                let row = (0..width).map(|x| visible.pixel([x, y])).collect();
+                let row = (0..width).map(|x| rays.pixel([x, y])).collect();
                 let done = 1 + done.fetch_add(1, Ordering::Relaxed);
                 let total = height as usize;
                 match observer(Progress { done, total }) {
@@ -90,11 +92,12 @@ impl GBuffer {
             positions: pixels().map(|p| p.position).collect(),
             normals: pixels().map(|p| p.normal).collect(),
             ids: pixels().map(|p| p.id).collect(),
-            lift: LIFT * extent,
+            lift: LIFT_PER_EXTENT * extent,
         })
     }
 
-    /// The pixels that see something: their index and what truth shades there.
+    /// Returns the pixels that see a surface: their index and the point to shade, lifted off the
+    /// surface.
     pub fn receivers(&self) -> Vec<(usize, Receiver)> {
         let seen = (0..self.ids.len()).filter(|&idx| self.ids[idx] != 0);
         seen.map(|idx| {
@@ -109,7 +112,8 @@ impl GBuffer {
         .collect()
     }
 
-    /// As an EXR picture: channels `P.X` to `P.Z`, `N.X` to `N.Z` and `id`, all 32-bit floats.
+    /// Returns an EXR file with the channels `P.X` to `P.Z`, `N.X` to `N.Z` and `id`, all 32-bit
+    /// floats.
     ///
     /// # Errors
     ///
@@ -126,12 +130,12 @@ impl GBuffer {
     }
 }
 
-/// A channel of 32-bit floats.
+/// Returns an EXR channel of 32-bit floats.
 pub(crate) fn channel(name: &str, samples: impl Iterator<Item = f32>) -> AnyChannel<FlatSamples> {
     AnyChannel::new(name, FlatSamples::F32(samples.collect()))
 }
 
-/// An EXR file of these channels.
+/// Returns an EXR file with these channels.
 pub(crate) fn exr(
     size: [u32; 2],
     channels: Vec<AnyChannel<FlatSamples>>,
@@ -146,19 +150,19 @@ pub(crate) fn exr(
     Ok(bytes.into_inner())
 }
 
-/// What rays from the camera can meet.
-struct Visible<'a> {
-    surfaces: Occluder,
+/// Casts the rays of a camera into the flattened scene.
+struct CameraRays<'a> {
+    scene: Occluder,
     mesh: &'a TriangleMesh,
-    /// Of the mesh's parts.
+    /// Instance id of each part of the mesh.
     ids: &'a [u32],
     camera: &'a Camera,
 }
 
-impl Visible<'_> {
+impl CameraRays<'_> {
     fn pixel(&self, at: [u32; 2]) -> Pixel {
         let [origin, direction] = self.camera.ray(at);
-        let hit = self.surfaces.nearest(origin.into(), direction.into());
+        let hit = self.scene.nearest(origin.into(), direction.into());
         let Some((hit, normal)) = hit.and_then(|hit| Some((hit, self.normal(hit.triangle)?)))
         else {
             return Pixel {
@@ -182,7 +186,7 @@ impl Visible<'_> {
         }
     }
 
-    /// Of length 1; none for a triangle so thin that it has no area.
+    /// Returns the unit normal of a triangle; `None` if the triangle has no area.
     fn normal(&self, triangle: u32) -> Option<DVec3> {
         let corners = self.mesh.triangles()[triangle as usize];
         let [a, b, c] = corners.map(|v| {

@@ -12,24 +12,26 @@ use super::{GridSource, Scene, SceneMesh};
 use crate::commands::bake::warnings;
 use crate::commands::info::read_grid;
 
-/// Grids that were read or baked, each once: one object serves many scenes.
+/// A cache of grids that were read or baked; one cache may serve many scenes.
 #[derive(Default)]
 pub struct Grids {
-    made: Vec<(GridSource, Source, Arc<Grid>)>,
+    entries: Vec<(GridSource, Source, Arc<Grid>)>,
     warnings: Vec<String>,
 }
 
 impl Grids {
-    /// None yet.
+    /// Creates an empty cache.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The grid of each mesh of the scene (in the order of [`Scene::meshes`]) that a casting instance uses; none for the others.
+    /// Returns the grid of each mesh that a casting instance uses, and `None` for the other meshes,
+    /// in the order of [`Scene::meshes`].
     ///
     /// # Errors
     ///
-    /// A grid file that is none, a mesh that cannot be baked, an interrupt: with the mesh's name.
+    /// A file is not a grid, a mesh cannot be baked, or the observer cancelled: with the mesh's
+    /// name.
     pub fn resolve(
         &mut self,
         scene: &Scene,
@@ -39,7 +41,7 @@ impl Grids {
         let meshes = scene.meshes.iter().enumerate();
         meshes
             .map(|(idx, mesh)| match used(idx) {
-                true => self.of(mesh, observer).map(Some).with_context(|| {
+                true => self.grid_of(mesh, observer).map(Some).with_context(|| {
                     format!("{}: grid of mesh `{}`", scene.path.display(), mesh.name)
                 }),
                 false => Ok(None),
@@ -47,14 +49,15 @@ impl Grids {
             .collect()
     }
 
-    /// Takes what there is to know of the grids baked since the last call, a line each.
+    /// Returns and forgets the warnings about grids baked since the last call, one line each.
     pub fn take_warnings(&mut self) -> Vec<String> {
         std::mem::take(&mut self.warnings)
     }
 
-    fn of(&mut self, mesh: &SceneMesh, observer: Observer<'_>) -> anyhow::Result<Arc<Grid>> {
+    /// Returns the grid of a mesh: from the cache, from its file, or baked.
+    fn grid_of(&mut self, mesh: &SceneMesh, observer: Observer<'_>) -> anyhow::Result<Arc<Grid>> {
         let known = self
-            .made
+            .entries
             .iter()
             .find(|(grid, source, _)| *grid == mesh.grid && *source == mesh.source);
         if let Some((_, _, grid)) = known {
@@ -75,7 +78,7 @@ impl Grids {
             }
         });
         let entry = (mesh.grid.clone(), mesh.source.clone(), grid.clone());
-        self.made.push(entry);
+        self.entries.push(entry);
         Ok(grid)
     }
 }

@@ -1,8 +1,8 @@
-//! Scenes: what is where, what casts, who receives, from which camera. `docs/scenes.md` explains
-//! the files.
+//! Scenes: instances of meshes, occluders and receivers, camera and lights. `docs/scenes.md`
+//! documents the files.
 //!
-//! [`load`] reads a file and everything in it that is geometry; grids ([`Grids`]) and the
-//! environment's map ([`EnvironmentSource::load`]) are read or made when a mode needs them.
+//! [`load`] reads a file and the geometry that it names; grids ([`Grids`]) and the environment's
+//! map ([`EnvironmentSource::load`]) are read or made when a mode needs them.
 
 mod build;
 mod camera;
@@ -31,33 +31,33 @@ pub(crate) use gbuffer::{channel, exr};
 pub use grids::Grids;
 pub use receivers::ReceiverList;
 
-/// A scene in world space, whole: every index is valid, every number finite.
+/// A complete scene in world space: every index is valid, every number finite.
 pub struct Scene {
-    /// The file.
+    /// The scene file.
     pub path: PathBuf,
-    /// The world's up.
+    /// The world's up direction.
     pub up: DVec3,
-    /// From where the picture is taken, if there is one.
+    /// The camera of the picture, if there is one.
     pub camera: Option<Camera>,
-    /// The points to shade where no picture is asked for.
+    /// The points to shade for a table instead of a picture.
     pub receivers: Option<ReceiverList>,
-    /// What stands in it, in the file's order. At most 65,535 instances, with distinct ids.
+    /// The instances in the file's order: at most 65,535, with distinct ids.
     pub instances: Vec<Instance>,
-    /// What the instances are of.
+    /// The meshes of the instances.
     pub meshes: Vec<SceneMesh>,
-    /// How surfaces reflect; the first one is white, for instances without.
+    /// The materials; the first one is white, for instances that name none.
     pub materials: Vec<Material>,
-    /// Light that comes from everywhere and that occlusion takes away, as radiance.
+    /// The ambient light, which occlusion reduces, as radiance.
     pub ambient: [f32; 3],
-    /// Direct light.
+    /// The source of direct light.
     pub area_light: Option<AreaLight>,
-    /// What surrounds all.
+    /// The environment around the scene.
     pub environment: Option<EnvironmentSource>,
-    /// How truth is found unless the command line says otherwise.
+    /// The options of path-traced truth; the command line may override them.
     pub truth: TruthOptions,
-    /// What multiplies radiance in pictures.
+    /// The factor for radiance in pictures.
     pub exposure: f32,
-    /// Whether pictures show light; else 1 − AO.
+    /// Whether pictures show light; otherwise they show 1 − AO.
     pub shows_light: bool,
 }
 
@@ -67,18 +67,18 @@ pub struct SceneMesh {
     pub name: String,
     /// The triangles.
     pub mesh: TriangleMesh,
-    /// Where it came from, as a grid's metadata says it.
+    /// The origin of the triangles, as a grid's metadata records it.
     pub source: Source,
-    /// Where its grid comes from.
+    /// The origin of the mesh's grid.
     pub grid: GridSource,
 }
 
-/// Where a grid comes from.
+/// The origin of a grid.
 #[derive(Clone, Debug, PartialEq)]
 pub enum GridSource {
-    /// A grid file.
+    /// The grid is read from this file.
     File(PathBuf),
-    /// It is baked.
+    /// The grid is baked.
     Bake(Placement, BakeOptions),
 }
 
@@ -87,83 +87,85 @@ pub enum GridSource {
 pub struct Instance {
     /// The name in messages.
     pub name: String,
-    /// What G-buffers hold where it is seen: 1 to 65,535.
+    /// The id in G-buffers: 1 to 65,535.
     pub id: u32,
     /// Index into [`Scene::meshes`].
     pub mesh: usize,
-    /// The object's place.
+    /// The transform from object space to world space.
     pub world_from_object: DAffine3,
-    /// Whether the scale is the same along all axes but for signs; otherwise a cone's direction
-    /// and solid angle are only approximate.
+    /// Whether the scale is the same along all axes up to signs; otherwise a cone's direction and
+    /// solid angle are only approximate.
     pub is_similarity: bool,
     /// Whether it occludes.
     pub casts: bool,
-    /// What its grid's occlusion is multiplied by. Truth knows no such thing.
+    /// The factor for the grid's occlusion. Truth ignores it.
     pub strength: f32,
-    /// As a receiver: a bit for each layer that it belongs to.
+    /// The layers that the instance belongs to as a receiver, a bit each.
     pub layers: u32,
-    /// As an occluder: a bit for each layer that it casts on. Truth knows no layers.
+    /// The layers that the instance casts on as an occluder, a bit each. Truth ignores layers.
     pub casts_on: u32,
-    /// As an occluder: ids that it does not cast on, its own perhaps. Truth ignores them.
+    /// The ids of receivers that the instance does not cast on, perhaps its own. Truth ignores
+    /// them.
     pub excludes: Vec<u32>,
     /// Index into [`Scene::materials`].
     pub material: usize,
 }
 
-/// How a surface reflects.
+/// The reflectance of a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// The name in the scene.
     pub name: String,
-    /// The reflected share of light: red, green, blue, linear.
+    /// The reflected share of light: linear red, green, blue.
     pub albedo: [f32; 3],
-    /// Of the cone around the mirrored direction that a glossy surface reflects, the half-angle, in
-    /// radians, up to π/2; none: it reflects diffusely.
+    /// The half-angle, in radians up to π/2, of the cone around the mirrored direction that a
+    /// glossy surface reflects; `None` for a diffuse surface.
     pub gloss: Option<f64>,
 }
 
-/// How a scene is read.
+/// Options of [`load`].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LoadOptions {
-    /// Only so many of the casting instances, in the file's order; the others are left out.
+    /// The number of occluders to keep, in the file's order; all if `None`.
     pub occluders: Option<usize>,
 }
 
-/// The most bytes a scene file may have.
-const MAX_FILE: u64 = 16 << 20;
+/// The maximum size of a scene file in bytes.
+const MAX_FILE_BYTES: u64 = 16 << 20;
 
 /// Reads the scene in the file at `path`, and its meshes and receivers.
 ///
 /// # Errors
 ///
-/// One line that names the file, and for what is wrong in the scene file its line and key.
+/// One line that names the file, and for errors in the scene file the line and key.
 pub fn load(path: &Path, options: LoadOptions) -> anyhow::Result<Scene> {
     let shown = || path.display().to_string();
     let metadata = fs::metadata(path).with_context(shown)?;
     ensure!(metadata.is_file(), "{}: it is not a regular file", shown());
     let bytes = metadata.len();
     ensure!(
-        bytes <= MAX_FILE,
-        "{}: {bytes} bytes are too many for a scene, of which meshes are no part",
+        bytes <= MAX_FILE_BYTES,
+        "{}: {bytes} bytes are too many for a scene file: keep meshes in files of their own",
         shown()
     );
     let text = fs::read_to_string(path).with_context(shown)?;
     parse(path, &text, options)
 }
 
-/// [`load`] for a text that stands in `path`, which need not exist; files that it names lie
+/// Parses `text` as the scene file at `path`, which need not exist; files that the scene names are
 /// relative to it.
 ///
 /// # Errors
 ///
-/// As [`load`].
+/// The same as those of [`load`].
 pub fn parse(path: &Path, text: &str, options: LoadOptions) -> anyhow::Result<Scene> {
-    let source = places::Source::new(path, text);
+    let source = places::SceneText::new(path, text);
     build::Builder::new(&source).build(source.parse()?, options)
 }
 
 impl Scene {
-    /// The instances that cast, in the file's order: an occluder's index is its place in it.
+    /// Returns the instances that cast, in the file's order; an occluder's index is its position in
+    /// this sequence.
     pub fn casters(&self) -> impl Iterator<Item = &Instance> {
         self.instances.iter().filter(|instance| instance.casts)
     }
@@ -173,12 +175,12 @@ impl Scene {
         self.ambient != [0.0; 3] || self.area_light.is_some() || self.environment.is_some()
     }
 
-    /// The chosen instances as one mesh in world space, a part each; none without any. Its
-    /// coordinates are rounded to single floats.
+    /// Returns the chosen instances as one mesh in world space with a part for each; `None` without
+    /// triangles. Coordinates are rounded to single floats.
     ///
     /// # Errors
     ///
-    /// Coordinates beyond single floats, more triangles than 32 bits count.
+    /// Coordinates exceed single floats, or vertices exceed 32-bit indices.
     pub fn flattened(
         &self,
         chosen: impl Fn(&Instance) -> bool,

@@ -1,8 +1,8 @@
-//! Numbers that check themselves while a scene file is read, so that the error knows the line.
+//! Numbers with ranges that are checked during deserialization, so that errors have a line.
 
 use serde::de::{Deserialize, Deserializer, Error};
 
-/// Any finite number.
+/// A number within the range of single floats.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Finite(pub f64);
 
@@ -12,21 +12,21 @@ pub(super) struct Positive(pub f64);
 
 /// A finite number of zero or more.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct NotNegative(pub f64);
+pub(super) struct NonNegative(pub f64);
 
 /// A whole number in `LO..=HI`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Whole<const LO: u32, const HI: u32>(pub u32);
 
-/// One number for all three axes, or three.
+/// Three numbers, one an axis; a single number stands for all three.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct OneOrThree<T>(pub [T; 3]);
 
 /// A point or a direction.
 pub(super) type Triple = [Finite; 3];
 
-/// Red, green, blue: linear, zero or more.
-pub(super) type Colour = [NotNegative; 3];
+/// A linear color: red, green, blue, each zero or more.
+pub(super) type Color = [NonNegative; 3];
 
 impl Positive {
     pub(super) fn f32(self) -> f32 {
@@ -38,14 +38,14 @@ pub(super) fn triple(t: Triple) -> [f64; 3] {
     t.map(|v| v.0)
 }
 
-pub(super) fn colour(c: Colour) -> [f32; 3] {
+pub(super) fn color(c: Color) -> [f32; 3] {
     c.map(|v| v.0 as f32)
 }
 
 impl<'de> Deserialize<'de> for Finite {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let v = f64::deserialize(deserializer)?;
-        // Single floats are what meshes and renderers hold.
+        // Meshes and renderers hold single floats.
         match v.abs() <= f64::from(f32::MAX) {
             true => Ok(Self(v)),
             false => Err(D::Error::custom(format!("{v} is not a usable number"))),
@@ -62,7 +62,7 @@ impl<'de> Deserialize<'de> for Positive {
     }
 }
 
-impl<'de> Deserialize<'de> for NotNegative {
+impl<'de> Deserialize<'de> for NonNegative {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         match Finite::deserialize(deserializer)?.0 {
             v if v >= 0.0 => Ok(Self(v)),

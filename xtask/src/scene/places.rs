@@ -1,4 +1,4 @@
-//! Where in a scene file something is: errors name file, line and key.
+//! Errors about scene files with file, line and key.
 
 use std::ops::Range;
 use std::path::Path;
@@ -7,47 +7,52 @@ use anyhow::anyhow;
 use serde::de::DeserializeOwned;
 use toml::Spanned;
 
-/// A scene file's text, to find lines in.
-pub(super) struct Source<'a> {
+/// The text of a scene file, to find the lines of errors in.
+pub(super) struct SceneText<'a> {
     pub path: &'a Path,
     text: &'a str,
 }
 
-/// How a value's place gets into paths: `toml` hands it over as a field of this name.
-const SPANNED: &str = ".$__serde_spanned_private_value";
+/// The field name under which `toml` passes a value's span; it shows up in paths and is removed.
+const SPANNED_KEY: &str = ".$__serde_spanned_private_value";
 
-impl<'a> Source<'a> {
+impl<'a> SceneText<'a> {
     pub(super) fn new(path: &'a Path, text: &'a str) -> Self {
         Self { path, text }
     }
 
-    /// The file's content.
+    /// Parses the file's content.
     ///
     /// # Errors
     ///
-    /// `file:line: key: what is wrong`.
+    /// One line, `file:line: key: message`.
     pub(super) fn parse<T: DeserializeOwned>(&self) -> anyhow::Result<T> {
         let deserializer =
             toml::Deserializer::parse(self.text).map_err(|error| self.toml_error("", &error))?;
         serde_path_to_error::deserialize(deserializer).map_err(|error| {
-            let path = error.path().to_string().replace(SPANNED, "");
+            let path = error.path().to_string().replace(SPANNED_KEY, "");
             self.toml_error(if path == "." { "" } else { &path }, error.inner())
         })
     }
 
     fn toml_error(&self, key: &str, error: &toml::de::Error) -> anyhow::Error {
-        // Its message can have more lines than one.
+        // The message may have several lines.
         let message = error.message().lines().collect::<Vec<_>>().join("; ");
         self.error(error.span(), key, &message)
     }
 
-    /// An error about the value at a place.
-    pub(super) fn at<T>(&self, place: &Spanned<T>, key: &str, message: &str) -> anyhow::Error {
-        self.error(Some(place.span()), key, message)
+    /// Returns an error about `value`.
+    pub(super) fn error_at<T>(
+        &self,
+        value: &Spanned<T>,
+        key: &str,
+        message: &str,
+    ) -> anyhow::Error {
+        self.error(Some(value.span()), key, message)
     }
 
     fn error(&self, span: Option<Range<usize>>, key: &str, message: &str) -> anyhow::Error {
-        let place = match span {
+        let location = match span {
             Some(span) => {
                 let before = self.text.get(..span.start).unwrap_or(self.text);
                 let line = 1 + before.bytes().filter(|&b| b == b'\n').count();
@@ -56,8 +61,8 @@ impl<'a> Source<'a> {
             None => self.path.display().to_string(),
         };
         match key {
-            "" => anyhow!("{place}: {message}"),
-            key => anyhow!("{place}: {key}: {message}"),
+            "" => anyhow!("{location}: {message}"),
+            key => anyhow!("{location}: {key}: {message}"),
         }
     }
 }

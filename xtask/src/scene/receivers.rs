@@ -1,4 +1,4 @@
-//! Lists of points to shade.
+//! Lists of receivers, the points to shade.
 
 use std::path::Path;
 
@@ -9,36 +9,36 @@ use toml::Spanned;
 
 use super::build::resolve;
 use super::numbers::triple;
-use super::places::Source;
+use super::places::SceneText;
 use super::schema::ReceiversFile;
 
-/// Receivers and the table that they came from.
+/// Receivers and the table that they were read from.
 #[derive(Clone, Debug)]
 pub struct ReceiverList {
     /// The table's header.
     pub columns: Vec<String>,
-    /// The table's rows, as they were written.
+    /// The table's rows as text.
     pub rows: Vec<Vec<String>>,
-    /// One a row.
+    /// The receivers, one a row.
     pub points: Vec<Receiver>,
-    /// The id of the instance that the points lie on, if they lie on one.
+    /// The id of the instance that the points lie on, if that is known.
     pub object: Option<u32>,
-    /// How far rays start off the points, along their normals: for points on what casts.
+    /// The distance along the normals at which rays start, for points on occluders.
     pub lift: f64,
 }
 
-/// The columns that make a receiver.
+/// The columns of a receiver's position and normal.
 const COLUMNS: [&str; 6] = ["px", "py", "pz", "nx", "ny", "nz"];
 
-/// The most receivers that are sampled from a rectangle.
-const MAX_SAMPLED: u64 = 10_000_000;
+/// The maximum number of receivers that are sampled from a rectangle.
+const MAX_SAMPLED_RECEIVERS: u64 = 10_000_000;
 
 pub(super) fn read(
-    source: &Source<'_>,
+    source: &SceneText<'_>,
     list: &Spanned<ReceiversFile>,
 ) -> anyhow::Result<ReceiverList> {
     let file = list.get_ref();
-    let error = |key: &str, message: &str| source.at(list, key, message);
+    let error = |key: &str, message: &str| source.error_at(list, key, message);
     match (&file.csv, file.corner, file.u, file.v, file.count) {
         (Some(name), None, None, None, None) => {
             let path = resolve(source.path, name);
@@ -46,16 +46,16 @@ pub(super) fn read(
         }
         (None, Some(corner), Some(u), Some(v), Some(count)) => {
             let count = count.map(|n| n.0);
-            if u64::from(count[0]) * u64::from(count[1]) > MAX_SAMPLED {
-                let message = format!("more than {MAX_SAMPLED} receivers");
+            if u64::from(count[0]) * u64::from(count[1]) > MAX_SAMPLED_RECEIVERS {
+                let message = format!("more than {MAX_SAMPLED_RECEIVERS} receivers");
                 return Err(error("receivers.count", &message));
             }
             let [corner, u, v] = [corner, u, v].map(|t| DVec3::from_array(triple(t)));
             let Some(normal) = u.cross(v).try_normalize() else {
-                let message = "`u` and `v` span no rectangle";
+                let message = "`u` and `v` span no rectangle: they are parallel, or one is zero";
                 return Err(error("receivers.u", message));
             };
-            Ok(sampled(corner, [u, v], normal, count))
+            Ok(sample_rectangle(corner, [u, v], normal, count))
         }
         _ => Err(error(
             "receivers",
@@ -64,8 +64,14 @@ pub(super) fn read(
     }
 }
 
-/// The centres of `count` equal rectangles that `corner`, `u` and `v` span, u first.
-fn sampled(corner: DVec3, [u, v]: [DVec3; 2], normal: DVec3, count: [u32; 2]) -> ReceiverList {
+/// Returns the centers of `count` equal cells of the rectangle that `corner`, `u` and `v` span, the
+/// index along u running fastest.
+fn sample_rectangle(
+    corner: DVec3,
+    [u, v]: [DVec3; 2],
+    normal: DVec3,
+    count: [u32; 2],
+) -> ReceiverList {
     let at = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
     let points: Vec<_> = (0..count[1])
         .flat_map(|j| (0..count[0]).map(move |i| [i, j]))
@@ -89,7 +95,7 @@ fn sampled(corner: DVec3, [u, v]: [DVec3; 2], normal: DVec3, count: [u32; 2]) ->
 }
 
 impl ReceiverList {
-    /// Where rays start.
+    /// Returns the receivers moved along their normals by [`Self::lift`].
     pub fn lifted(&self) -> Vec<Receiver> {
         let lifted = |r: &Receiver| Receiver {
             position: std::array::from_fn(|x| r.position[x] + self.lift * r.normal[x]),
@@ -102,7 +108,8 @@ impl ReceiverList {
     ///
     /// # Errors
     ///
-    /// The file cannot be read, lacks a column, or a number is none: file, line and column.
+    /// The file cannot be read, lacks a column, or holds text that is not a number: with file, line
+    /// and column.
     pub fn from_csv(path: &Path) -> anyhow::Result<Self> {
         let shown = || path.display().to_string();
         let metadata = std::fs::metadata(path).with_context(shown)?;
@@ -117,10 +124,10 @@ impl ReceiverList {
             .iter()
             .map(str::to_owned)
             .collect();
-        let mut places = [0; 6];
-        for (place, name) in places.iter_mut().zip(COLUMNS) {
+        let mut column_idx = [0; 6];
+        for (idx, name) in column_idx.iter_mut().zip(COLUMNS) {
             match columns.iter().position(|c| c == name) {
-                Some(column) => *place = column,
+                Some(column) => *idx = column,
                 None => bail!(
                     "{}: it has no column `{name}`; {} are needed",
                     shown(),
@@ -132,8 +139,8 @@ impl ReceiverList {
         for record in reader.records() {
             let record = record.with_context(shown)?;
             let line = record.position().map_or(0, csv::Position::line);
-            let point =
-                receiver(&record, places).with_context(|| format!("{}:{line}", path.display()))?;
+            let point = receiver(&record, column_idx)
+                .with_context(|| format!("{}:{line}", path.display()))?;
             points.push(point);
             rows.push(record.iter().map(str::to_owned).collect());
         }
@@ -148,10 +155,10 @@ impl ReceiverList {
     }
 }
 
-fn receiver(record: &csv::StringRecord, places: [usize; 6]) -> anyhow::Result<Receiver> {
+fn receiver(record: &csv::StringRecord, column_idx: [usize; 6]) -> anyhow::Result<Receiver> {
     let mut numbers = [0.0_f64; 6];
-    for ((number, place), name) in numbers.iter_mut().zip(places).zip(COLUMNS) {
-        let text = &record[place];
+    for ((number, idx), name) in numbers.iter_mut().zip(column_idx).zip(COLUMNS) {
+        let text = &record[idx];
         *number = match text.parse() {
             Ok(v) if f64::abs(v) <= f64::from(f32::MAX) => v,
             _ => bail!("{name}: `{text}` is not a usable number"),
@@ -159,7 +166,7 @@ fn receiver(record: &csv::StringRecord, places: [usize; 6]) -> anyhow::Result<Re
     }
     let [x, y, z, nx, ny, nz] = numbers;
     let Some(normal) = DVec3::new(nx, ny, nz).try_normalize() else {
-        bail!("nx, ny, nz: a normal needs a direction");
+        bail!("nx, ny, nz: a normal needs a direction, and this is zero");
     };
     Ok(Receiver {
         position: [x, y, z],

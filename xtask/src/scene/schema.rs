@@ -1,4 +1,4 @@
-//! What a scene file may hold, key by key; `docs/scenes.md` explains it to users.
+//! The keys of scene files; `docs/scenes.md` documents them for users.
 
 use aogrid_grid_format::{
     BoundaryMode, Encoding, Interior, MAX_RESOLUTION, MIN_RESOLUTION, TexelFormat,
@@ -6,7 +6,7 @@ use aogrid_grid_format::{
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::numbers::{Colour, Finite, NotNegative, OneOrThree, Positive, Triple, Whole};
+use super::numbers::{Color, Finite, NonNegative, OneOrThree, Positive, Triple, Whole};
 
 /// The whole file.
 #[derive(Deserialize)]
@@ -16,7 +16,7 @@ pub(super) struct SceneFile {
     pub camera: Option<Spanned<CameraFile>>,
     pub picture: Option<PictureFile>,
     pub truth: Option<TruthFile>,
-    pub ambient: Option<Colour>,
+    pub ambient: Option<Color>,
     pub area_light: Option<Spanned<AreaLightFile>>,
     pub environment: Option<Spanned<EnvironmentFile>>,
     pub receivers: Option<Spanned<ReceiversFile>>,
@@ -79,30 +79,30 @@ pub(super) struct AreaLightFile {
     pub center: Triple,
     pub half_u: Triple,
     pub half_v: Triple,
-    pub radiance: Colour,
+    pub radiance: Color,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct EnvironmentFile {
     pub file: Option<String>,
-    pub color: Option<Colour>,
+    pub color: Option<Color>,
     pub room: Option<RoomFile>,
     pub yaw: Option<Finite>,
     pub up: Option<UpAxis>,
-    pub scale: Option<NotNegative>,
+    pub scale: Option<NonNegative>,
 }
 
-/// The walls of a room so large that all of the scene is its middle.
+/// The walls of a room that is infinitely large compared with the scene.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RoomFile {
-    pub right: Colour,
-    pub left: Colour,
-    pub ceiling: Colour,
-    pub floor: Colour,
-    pub front: Colour,
-    pub back: Colour,
+    pub right: Color,
+    pub left: Color,
+    pub ceiling: Color,
+    pub floor: Color,
+    pub front: Color,
+    pub back: Color,
 }
 
 #[derive(Deserialize)]
@@ -114,14 +114,14 @@ pub(super) struct ReceiversFile {
     pub v: Option<Triple>,
     pub count: Option<[Whole<1, 100_000>; 2]>,
     pub object: Option<Spanned<String>>,
-    pub lift: Option<NotNegative>,
+    pub lift: Option<NonNegative>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MaterialFile {
     pub name: Spanned<String>,
-    pub albedo: Colour,
+    pub albedo: Color,
     pub gloss: Option<Spanned<Positive>>,
 }
 
@@ -138,7 +138,7 @@ pub(super) struct MeshFile {
     pub grid: Option<Spanned<GridFile>>,
 }
 
-/// A cell count.
+/// A number of cells along an axis.
 pub(super) type Cells = Whole<MIN_RESOLUTION, MAX_RESOLUTION>;
 
 #[derive(Clone, Deserialize)]
@@ -170,7 +170,7 @@ pub(super) struct InstanceFile {
     pub scale: Option<Spanned<OneOrThree<Finite>>>,
     pub material: Option<Spanned<String>>,
     pub casts: Option<bool>,
-    pub strength: Option<NotNegative>,
+    pub strength: Option<NonNegative>,
     pub layers: Option<Vec<Layer>>,
     pub casts_on: Option<Vec<Layer>>,
     #[serde(default)]
@@ -187,7 +187,7 @@ pub(super) struct RotationFile {
     pub degrees: Finite,
 }
 
-/// An enumeration of `grid-format` under the names that it has on command lines.
+/// Defines an enumeration of `grid-format` under the names that it has on command lines.
 macro_rules! names {
     ($file:ident for $target:ident: $($name:ident = $text:literal),+) => {
         #[derive(Clone, Copy, Deserialize)]

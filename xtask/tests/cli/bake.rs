@@ -42,7 +42,7 @@ fn options_reach_the_grid() {
 
     let rays = folder.path().join("rays.ao.ktx2");
     ok(
-        "bake {} -o {} --resolution 8 --method rays --rays 32 --seed 9",
+        "bake {} -o {} --resolution 8 --sampling monte-carlo --rays 32 --seed 9",
         &[&model, &rays],
     );
     let as_json = serde_json::to_value(read(&rays).record()).unwrap();
@@ -50,6 +50,28 @@ fn options_reach_the_grid() {
         as_json["method"]["rays"],
         serde_json::json!({"count": 32, "seed": 9})
     );
+}
+
+#[test]
+fn old_option_names_are_aliases() {
+    let (folder, model) = with_sample("box");
+    let out = folder.path().join("box.ao.ktx2");
+    for (new, old) in [
+        ("--algorithm rays", "--kernel rays"),
+        ("--algorithm sweep", "--kernel sweep"),
+        ("--sampling faces", "--method faces"),
+        ("--sampling monte-carlo", "--method rays"),
+    ] {
+        let json = |options: &str| -> Value {
+            let line = format!("bake {{}} -o {{}} --resolution 8 --force --json {options}");
+            serde_json::from_str(&ok(&line, &[&model, &out])).unwrap()
+        };
+        let [new, old] = [new, old].map(|options| {
+            let output = json(options)["outputs"][0].clone();
+            (output["grid"].clone(), output["kernel"].clone())
+        });
+        assert_eq!(new, old);
+    }
 }
 
 #[test]
@@ -68,7 +90,7 @@ fn threads_do_not_change_a_byte() {
     assert_eq!(one, bake("5"));
 }
 
-/// The state that `bake --json` reports.
+/// Returns the state that `bake --json` reports.
 fn state(line: &str, paths: &[&Path]) -> String {
     let report: Value = serde_json::from_str(&ok(line, paths)).unwrap();
     let outputs = report["outputs"].as_array().unwrap();
@@ -77,7 +99,7 @@ fn state(line: &str, paths: &[&Path]) -> String {
 }
 
 #[test]
-fn what_is_up_to_date_is_left_alone() {
+fn up_to_date_outputs_are_not_baked_again() {
     let (folder, model) = with_sample("box");
     let out = folder.path().join("box.ao.ktx2");
     let line = "bake {} -o {} --resolution 8 --json";
@@ -87,13 +109,13 @@ fn what_is_up_to_date_is_left_alone() {
     assert_eq!(state(line, &[&model, &out]), "up-to-date");
     assert_eq!(modified(), first);
     assert_eq!(state(&format!("{line} --force"), &[&model, &out]), "baked");
-    // Any option, the mesh, or a broken output: each is reason enough.
+    // A change of any option or of the mesh, or a broken output, causes a new bake.
     for option in [
         "--epsilon 0.2",
         "--face-size 8",
-        "--method rays",
-        "--method rays --rays 99",
-        "--method rays --seed 1",
+        "--sampling monte-carlo",
+        "--sampling monte-carlo --rays 99",
+        "--sampling monte-carlo --seed 1",
         "--max-distance 1",
         "--encoding occlusion",
         "--format f32",
@@ -125,7 +147,7 @@ fn what_is_up_to_date_is_left_alone() {
 }
 
 #[test]
-fn parts_become_files_of_their_own() {
+fn each_part_gets_its_own_file() {
     let (folder, model) = with_sample("robot");
     let out = folder.path().join("parts");
     let line = "bake {} -o {} --parts --resolution 8 --face-size 8 --json";
@@ -199,7 +221,7 @@ fn a_dry_run_writes_nothing() {
 }
 
 #[test]
-fn json_stands_alone_and_quiet_is_quiet() {
+fn json_is_alone_on_stdout_and_quiet_prints_nothing() {
     let (folder, model) = with_sample("box");
     let out = folder.path().join("a.ao.ktx2");
     let output = run(
@@ -219,7 +241,7 @@ fn json_stands_alone_and_quiet_is_quiet() {
 }
 
 #[test]
-fn a_boundary_that_cannot_fade_by_jgt_is_a_warning() {
+fn a_fallback_from_jgt_to_rr_is_a_warning() {
     let (folder, model) = with_sample("box");
     let out = folder.path().join("tight.ao.ktx2");
     let output = run(
@@ -247,7 +269,7 @@ fn make_a_hole(model: &Path) {
 }
 
 #[test]
-fn a_hole_is_no_reason_to_warn_but_where_only_enclosed_cells_are_filled() {
+fn holes_warn_only_with_interior_enclosed() {
     let (folder, model) = with_sample("sphere");
     let out = folder.path().join("sphere.ao.ktx2");
     let stderr = |interior: &str| {
@@ -266,7 +288,7 @@ fn a_hole_is_no_reason_to_warn_but_where_only_enclosed_cells_are_filled() {
     assert_eq!(record.interior, Interior::Signed);
     assert_eq!(record.interior_cells, closed.record().interior_cells);
     assert!(inside.doubt < 0.1 && inside.inward_cells == 0, "{inside:?}");
-    // `fill` is its old name.
+    // `fill` is the old name of `enclosed`.
     for interior in ["enclosed", "fill"] {
         let enclosed = stderr(interior);
         assert!(
@@ -279,7 +301,7 @@ fn a_hole_is_no_reason_to_warn_but_where_only_enclosed_cells_are_filled() {
 }
 
 #[test]
-fn a_guess_at_the_inside_is_a_warning_and_in_the_report() {
+fn doubt_about_the_interior_is_warned_of_and_reported() {
     let (folder, model) = with_sample("sheet");
     let out = folder.path().join("sheet.ao.ktx2");
     let output = run("bake {} -o {} --resolution 16", &[&model, &out]);

@@ -5,7 +5,8 @@ use tempfile::TempDir;
 
 use super::{fails, ok};
 
-/// A box on a floor of a material, with receivers on the floor before it; seen, where there is a camera.
+/// Writes a scene with a box on a floor of a material and receivers on the floor in front of the
+/// box; with a camera if one is given.
 fn with_scene(floor: &str, camera: &str, light: &str) -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");
@@ -44,18 +45,18 @@ const CAMERA: &str = "[camera]\nposition = [2, 2, 3]\ntarget = [0, 0.3, 0]\nreso
 
 const SKY: &str = "[environment]\ncolor = [0.5, 1, 2]";
 
-/// A column of the table that a command wrote.
+/// Returns a column of the table that a command wrote.
 fn column(csv: &Path, name: &str) -> Vec<f32> {
     let text = fs::read_to_string(csv).unwrap();
     let mut lines = text.lines();
-    let place = lines.next().unwrap().split(',').position(|n| n == name);
-    let place = place.unwrap_or_else(|| panic!("no column {name}"));
-    let value = |line: &str| line.split(',').nth(place).unwrap().parse().unwrap();
+    let index = lines.next().unwrap().split(',').position(|n| n == name);
+    let index = index.unwrap_or_else(|| panic!("no column {name}"));
+    let value = |line: &str| line.split(',').nth(index).unwrap().parse().unwrap();
     lines.map(value).collect()
 }
 
 #[test]
-fn under_a_constant_sky_light_and_occlusion_are_one() {
+fn under_a_constant_sky_light_is_one_minus_occlusion() {
     let (folder, scene) = with_scene("", "", SKY);
     let csv = folder.path().join("out.csv");
     ok("render {} --mode environment,cone -o {}", &[&scene, &csv]);
@@ -71,17 +72,17 @@ fn under_a_constant_sky_light_and_occlusion_are_one() {
 }
 
 #[test]
-fn united_cones_leave_light_from_around_as_multiplied_ones_do() {
+fn merged_and_multiplied_cones_darken_a_constant_sky_by_their_occlusion() {
     let modes = ["environment", "environment-merge"];
-    let shade = |twin: &str| {
+    let shade = |second_box: &str| {
         let (folder, scene) = with_scene("", "", SKY);
-        fs::write(&scene, fs::read_to_string(&scene).unwrap() + twin).unwrap();
+        fs::write(&scene, fs::read_to_string(&scene).unwrap() + second_box).unwrap();
         let csv = folder.path().join("out.csv");
         let line = "render {} --mode environment,environment-merge,merge -o {}";
         ok(line, &[&scene, &csv]);
-        let united = column(&csv, "environment-merge");
-        assert_eq!(united, column(&csv, "merge"));
-        // A constant sky shows what is hidden of it, however that was found.
+        let merged = column(&csv, "environment-merge");
+        assert_eq!(merged, column(&csv, "merge"));
+        // A constant sky is darkened by exactly the occlusion, whatever the mode.
         for mode in modes {
             let ao = column(&csv, mode);
             let green = column(&csv, &format!("{mode}.G"));
@@ -90,16 +91,16 @@ fn united_cones_leave_light_from_around_as_multiplied_ones_do() {
         }
         modes.map(|mode| column(&csv, mode))
     };
-    let [multiplied, united] = shade("");
-    assert_eq!(multiplied, united, "one occluder is nothing to unite");
-    let [multiplied, united] = shade("[[instance]]\nmesh = 'box'\ntranslate = [0.3, 0, 0]");
-    let mut pairs = multiplied.iter().zip(&united);
+    let [multiplied, merged] = shade("");
+    assert_eq!(multiplied, merged, "a single occluder needs no merging");
+    let [multiplied, merged] = shade("[[instance]]\nmesh = 'box'\ntranslate = [0.3, 0, 0]");
+    let mut pairs = multiplied.iter().zip(&merged);
     assert!(pairs.clone().all(|(m, u)| *u <= m + 1e-5));
     assert!(pairs.any(|(m, u)| *u < m - 0.05));
 }
 
 #[test]
-fn a_glossy_floor_mirrors_the_box_as_darkness() {
+fn a_glossy_floor_mirrors_the_box_as_a_dark_area() {
     let (folder, scene) = with_scene("gloss = 15", CAMERA, SKY);
     let csv = folder.path().join("out.csv");
     let line = "render {} --mode truth,environment --samples 512 -o {}";
@@ -108,7 +109,7 @@ fn a_glossy_floor_mirrors_the_box_as_darkness() {
     let squares = truth.iter().zip(&ours).map(|(a, b)| (a - b).powi(2));
     let rmse = (squares.sum::<f32>() / truth.len() as f32).sqrt();
     println!("RMSE {rmse}");
-    // A box is no cone; but before it is dark, and aside it is bright, in both.
+    // A box is not a cone, but in both modes the floor is dark in front of it and bright beside it.
     assert!(rmse < 0.2, "{rmse}");
     let both = |found: fn(f32) -> bool| {
         let pairs = truth.iter().zip(&ours);
@@ -118,7 +119,7 @@ fn a_glossy_floor_mirrors_the_box_as_darkness() {
 }
 
 #[test]
-fn what_cannot_be_lit_from_all_around_is_said() {
+fn scenes_that_environment_modes_cannot_light_are_errors() {
     let lamp = "[area_light]\ncenter = [0, 3, 0]\nhalf_u = [1, 0, 0]\nhalf_v = [0, 0, 1]\n\
                 radiance = [1, 1, 1]\n[environment]\ncolor = [1, 1, 1]";
     for (floor, camera, light, expected) in [

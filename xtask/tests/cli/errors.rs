@@ -19,8 +19,8 @@ fn wrong_usage_is_exit_status_2() {
         "--resolution -8",
         "--rays 3",
         "--seed 3",
-        "--method rays --face-size 8",
-        "--method rays --rays 0",
+        "--sampling monte-carlo --face-size 8",
+        "--sampling monte-carlo --rays 0",
         "--sample-offset 1,0,0",
         "--max-distance -1",
         "--threads 0",
@@ -41,7 +41,7 @@ fn wrong_usage_is_exit_status_2() {
 }
 
 #[test]
-fn models_that_are_none_are_named_with_the_reason() {
+fn invalid_models_are_named_with_the_reason() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("a.ao.ktx2");
     let file = |name: &str, text: &str| {
@@ -54,7 +54,7 @@ fn models_that_are_none_are_named_with_the_reason() {
         (folder.path().join("missing.obj"), "No such file"),
         (folder.path().join("missing folder/a.obj"), "No such file"),
         (folder.path().to_owned(), "not a regular file"),
-        (file("model.fbx", ""), "(.obj)"),
+        (file("model.fbx", ""), "expected .obj"),
         (file("empty.obj", ""), "no triangles"),
         (
             file("nan.obj", &format!("{corners}v nan 0 0\nf 1 2 4")),
@@ -75,7 +75,7 @@ fn models_that_are_none_are_named_with_the_reason() {
 }
 
 #[test]
-fn outputs_that_cannot_be_are_refused_before_the_work() {
+fn invalid_outputs_are_refused_before_the_work() {
     let (folder, model) = with_sample("box");
     let path = |name: &str| folder.path().join(name);
     let ending = fails("bake {} -o {}", &[&model, &model]);
@@ -115,7 +115,7 @@ fn devices_and_pipes_are_neither_read_nor_replaced() {
     let error = fails("info {}", &[&pipe]);
     assert!(error.contains("not a regular file"), "{error}");
     assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
-    // A link stays a link; what it points to is replaced.
+    // A link stays a link; the file that it points to is replaced.
     let (real, link) = (
         folder.path().join("real.ao.ktx2"),
         folder.path().join("link.ao.ktx2"),
@@ -142,7 +142,7 @@ fn a_command_does_not_overwrite_its_input() {
 }
 
 #[test]
-fn names_cannot_break_lines_or_colour_the_terminal() {
+fn names_cannot_break_lines_or_color_the_terminal() {
     let folder = tempfile::tempdir().unwrap();
     let model = folder.path().join("a.obj");
     let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";

@@ -2,7 +2,8 @@ use std::fs;
 
 use crate::{ok, run, with_sample};
 
-/// The best adapter of this machine, software included; none, with a note, where there is none.
+/// Returns the best adapter of this machine, software included; `None`, with a note, if there is
+/// none.
 fn adapter() -> Option<String> {
     let report: serde_json::Value = serde_json::from_str(&ok("adapters --json", &[])).unwrap();
     let first = report["adapters"].as_array().unwrap().first();
@@ -12,7 +13,7 @@ fn adapter() -> Option<String> {
         aogrid_tests::skip("no adapter (AOGRID_GPU)");
         return None;
     };
-    // A word of the name is enough.
+    // The first word of the name is enough.
     let name = first["name"].as_str().unwrap();
     Some(name.split_whitespace().next().unwrap().to_owned())
 }
@@ -34,15 +35,15 @@ fn the_gpu_writes_the_same_file_and_the_report_names_it() {
         (&"gpu".into(), &"sweep".into())
     );
     assert!(kernel["adapter"].as_str().unwrap().contains(&adapter));
-    // Nor do the bytes say where they come from.
+    // The file does not record which device baked it.
     assert_eq!(fs::read(cpu).unwrap(), fs::read(gpu).unwrap());
 }
 
 #[test]
-fn bench_has_rows_for_both() {
+fn bench_has_rows_for_cpu_and_gpu() {
     let Some(adapter) = adapter() else { return };
     let line = format!(
-        "bench {{}} --resolution 8 --face-size 8 --repeat 1 --kernel sweep --adapter {adapter} --json"
+        "bench {{}} --resolution 8 --face-size 8 --repeat 1 --algorithm sweep --adapter {adapter} --json"
     );
     let (_folder, model) = with_sample("table");
     let report: serde_json::Value = serde_json::from_str(&ok(&line, &[&model])).unwrap();
@@ -60,7 +61,7 @@ fn bench_has_rows_for_both() {
     let rows: Vec<_> = table.lines().skip(1).collect();
     assert_eq!(rows.len(), 2, "{table}");
     assert!(
-        rows[0].contains("rays    cpu") && rows[1].contains("sweep   "),
+        rows[0].contains("rays       cpu") && rows[1].contains("sweep      "),
         "{table}"
     );
     let wrong = run("bench {} --only cpu:magic", &[&model]);
@@ -68,7 +69,7 @@ fn bench_has_rows_for_both() {
 }
 
 #[test]
-fn an_adapter_that_is_not_there_fails_and_one_for_the_cpu_is_wrong_usage() {
+fn a_missing_adapter_fails_and_an_adapter_for_the_cpu_is_wrong_usage() {
     let (folder, model) = with_sample("table");
     let out = folder.path().join("x.ao.ktx2");
     let missing = run(
@@ -86,8 +87,8 @@ fn an_adapter_that_is_not_there_fails_and_one_for_the_cpu_is_wrong_usage() {
     assert_eq!(run(line, &[&model, &out]).status.code(), Some(2));
 }
 
-/// Three occluders of all kinds on a floor: a turned and stretched one, one that leaves the floor
-/// out, one on layers that nothing has; grids of floats, so that filters differ the least.
+/// A scene with all kinds of occluders on a floor: rotated and scaled, one that excludes the floor,
+/// one that casts on a layer without receivers; float grids, so that filters differ the least.
 const OCCLUDERS: &str = "
 [camera]
 position = [2, 2.5, 4]
@@ -126,14 +127,16 @@ translate = [-1, 0.1, 1.7]
 casts_on = [5]
 ";
 
-/// On float grids and a 32-bit target: a handful of roundings an occluder, steepened by T_clip.
+/// Tolerance of software adapters with float grids and a 32-bit target: a handful of roundings an
+/// occluder, amplified by T_clip.
 const SOFTWARE: f32 = 1e-4;
 
-/// What 8 bits of a filter's weight may do to a look-up and a clip of each of three occluders:
-/// 3 axes of 1/256 in a, by T_clip's slope of 4 there, and as much again for the axis.
+/// Tolerance of hardware, whose filters have weights of 8 bits, for a look-up and a clip of each of
+/// three occluders: 3 axes of 1/256 in a, times T_clip's slope of 4 there, and as much again for
+/// the axis.
 const HARDWARE: f32 = 3.0 * 2.0 * 4.0 * 3.0 / 256.0;
 
-/// A channel of every pixel of a picture.
+/// Returns a channel of a picture.
 fn channel(exr: &std::path::Path, name: &str) -> Vec<f32> {
     let image = exr::prelude::read_first_flat_layer_from_file(exr).unwrap();
     let channels = &image.layer_data.channel_data.list;
@@ -142,7 +145,7 @@ fn channel(exr: &std::path::Path, name: &str) -> Vec<f32> {
     channel.sample_data.values_as_f32().collect()
 }
 
-/// The largest difference between a channel of two pictures.
+/// Returns the largest difference between two pictures in a channel.
 fn worst(pictures: [&std::path::Path; 2], name: &str) -> f32 {
     let [first, second] = pictures.map(|exr| channel(exr, name));
     let differences = first.iter().zip(&second).map(|(a, b)| (a - b).abs());
@@ -150,7 +153,7 @@ fn worst(pictures: [&std::path::Path; 2], name: &str) -> f32 {
 }
 
 #[test]
-fn pictures_by_the_raster_pass_are_those_of_its_twin() {
+fn raster_passes_render_the_same_pictures_as_their_cpu_twin() {
     let Some(adapter) = adapter() else { return };
     let tolerance = match adapter.starts_with("llvmpipe") {
         true => SOFTWARE,
@@ -178,8 +181,8 @@ fn pictures_by_the_raster_pass_are_those_of_its_twin() {
     }
 }
 
-/// What lights `OCCLUDERS`, and how they reflect it: the floor and the table each in a way of their
-/// own, boxes diffusely.
+/// Lights and materials for `OCCLUDERS`: the floor and the table have a glossy material each, boxes
+/// are diffuse.
 const LIGHT: &str = "ambient = [0.05, 0.1, 0.2]
 [environment.room]
 right = [0.1, 0.15, 0.9]
@@ -198,6 +201,7 @@ gloss = 40
 albedo = [1, 1, 1]
 ";
 
+/// Returns `scene` with [`LIGHT`], glossy materials and a line for the camera.
 fn lit(scene: &str, camera: &str) -> String {
     let instance = |mesh: &str| format!("[[instance]]\nmesh = '{mesh}'");
     let of = |mesh: &str, material: &str| format!("{}\nmaterial = '{material}'", instance(mesh));
@@ -211,7 +215,7 @@ fn lit(scene: &str, camera: &str) -> String {
 }
 
 #[test]
-fn light_by_the_environment_pass_is_its_twin_s() {
+fn the_environment_pass_renders_the_same_light_as_its_cpu_twin() {
     let Some(adapter) = adapter() else { return };
     let tolerance = match adapter.starts_with("llvmpipe") {
         true => LIGHT_SOFTWARE,
@@ -238,17 +242,17 @@ fn light_by_the_environment_pass_is_its_twin_s() {
     }
 }
 
-/// AO's tolerance times radiance, 1.8 at most, and Mesa's arc tangents, a polynomial's 1e-5, of
-/// which directions are made: the room climbs by 1.5 within the 10° of its narrowest cones, 9 a
-/// radian.
+/// Tolerance of light on software adapters: AO's tolerance times the radiance, at most 1.8, plus
+/// the error of directions from Mesa's polynomial arc tangents, 1e-5, times the room's steepest
+/// gradient: 1.5 within the 10° of its narrowest cones, 9 a radian.
 const LIGHT_SOFTWARE: f32 = 1.8 * SOFTWARE + 9.0 * 1e-5;
 
-/// The same with hardware's AO, and arc tangents as WGSL allows them: 4096 units in the last place
-/// of π.
+/// Tolerance of light on hardware: the same with hardware's AO tolerance and the error that WGSL
+/// allows arc tangents, 4096 units in the last place of π.
 const LIGHT_HARDWARE: f32 = 1.8 * HARDWARE + 9.0 * 4096.0 * 2.4e-7;
 
 #[test]
-fn what_a_stencil_cannot_tell_apart_is_said() {
+fn too_many_glossy_materials_for_a_stencil_are_an_error() {
     let Some(adapter) = adapter() else { return };
     let mut text = "ambient = [1, 1, 1]\n[camera]\nposition = [8, 9, 8]\ntarget = [8, 0, 7.9]\n\
                     height = 16\nresolution = [16, 16]\n\
@@ -343,7 +347,8 @@ fn no_kernel_of_a_bake_spills_to_memory() {
             panic!("{row}");
         };
         assert_eq!(scratch, 0, "{row}");
-        // Half of the waves that a SIMD can hold, of 1024 registers.
+        // With up to 128 of its 1024 registers a wave, a SIMD unit holds half of its maximum of
+        // waves.
         assert!(vgprs <= 128, "{row}");
         seen += 1;
     }
@@ -351,7 +356,7 @@ fn no_kernel_of_a_bake_spills_to_memory() {
 }
 
 #[test]
-fn the_sweep_of_a_gpu_is_compared_with_rays() {
+fn verify_bake_compares_the_sweeps_of_gpu_and_cpu_with_rays() {
     let Some(adapter) = adapter() else { return };
     let (_folder, model) = with_sample("table");
     let line = format!("verify-bake {{}} --resolution 9 --face-size 8 --adapter {adapter}");
@@ -363,9 +368,9 @@ fn the_sweep_of_a_gpu_is_compared_with_rays() {
     assert_eq!(missing.status.code(), Some(1));
 }
 
-/// Where there is no display, nobody needs to hear of it.
 #[test]
-fn looking_for_adapters_says_nothing_else() {
+fn listing_adapters_prints_nothing_on_stderr() {
+    // `.cargo/config.toml` turns off the Mesa layer that complains about a missing display.
     let output = crate::xtask(["adapters"])
         .env_remove("XDG_RUNTIME_DIR")
         .output()

@@ -1,4 +1,4 @@
-//! Unix signals and limits: other systems have other ones.
+//! Signals, interrupts and limits, on Unix only.
 #![cfg(unix)]
 
 use std::fs;
@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use super::{ok, one_line_error, with_sample, words, xtask};
 
-/// A bake that takes many seconds, started and well under way.
+/// Starts a bake that takes many seconds, and waits until it is under way.
 fn long_bake(model: &Path, out: &Path) -> Child {
     long_run(
         "bake {} -o {} --resolution 96 --face-size 64",
@@ -17,7 +17,7 @@ fn long_bake(model: &Path, out: &Path) -> Child {
     )
 }
 
-/// Any command that takes many seconds, started and well under way.
+/// Starts a command that takes many seconds, and waits until it is under way.
 fn long_run(line: &str, paths: &[&Path]) -> Child {
     let mut command = xtask(words(line, paths));
     let child = command
@@ -66,7 +66,7 @@ fn an_interrupt_ends_a_bake_within_a_second() {
         signal(&child, name);
         let start = Instant::now();
         let output = child.wait_with_output().unwrap();
-        // The promise is a second; as much again for a machine under load.
+        // One second is promised; allow twice as much on a loaded machine.
         assert!(
             start.elapsed() < Duration::from_secs(2),
             "{:?}",
@@ -94,7 +94,7 @@ fn an_interrupt_ends_a_rendering_within_a_second() {
     signal(&child, "-INT");
     let start = Instant::now();
     let output = child.wait_with_output().unwrap();
-    // As for a bake.
+    // The same limit as for a bake.
     assert!(start.elapsed() < Duration::from_secs(2));
     let error = one_line_error(&output, "-INT");
     assert!(error.contains("cancelled"), "{error}");
@@ -130,7 +130,7 @@ fn a_full_disk_is_one_line_and_leaves_the_old_file_whole() {
 }
 
 #[test]
-fn a_reader_that_goes_away_is_no_panic() {
+fn a_closed_pipe_is_no_panic() {
     let (folder, model) = with_sample("box");
     let out = folder.path().join("box.ao.ktx2");
     ok("bake {} -o {} --resolution 8", &[&model, &out]);

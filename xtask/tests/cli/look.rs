@@ -17,7 +17,7 @@ fn baked(options: &str) -> (TempDir, PathBuf) {
 }
 
 #[test]
-fn info_tells_what_the_file_says() {
+fn info_reports_what_the_file_records() {
     let (_folder, grid) = baked("--epsilon 0.2");
     let json: Value = serde_json::from_str(&ok("info {} --json", &[&grid])).unwrap();
     assert_eq!(json["resolution"], serde_json::json!([9, 10, 11]));
@@ -40,7 +40,7 @@ fn info_tells_what_the_file_says() {
 }
 
 #[test]
-fn verify_finds_what_readers_do_not() {
+fn verify_finds_errors_that_readers_do_not() {
     let (folder, grid) = baked("");
     assert!(ok("verify {}", &[&grid]).contains("ok"));
     let bytes = fs::read(&grid).unwrap();
@@ -57,7 +57,7 @@ fn verify_finds_what_readers_do_not() {
     };
     let last = bytes.len() - 1;
     assert!(damaged("changed.ao.ktx2", last, 200).contains("changed after the bake"));
-    // Cell (4, 6, 5), in the middle: its axis becomes far too short.
+    // Cell (4, 6, 5) in the middle gets an axis that is far too short.
     let idx = (5 * 10 + 6) * 9 + 4;
     let middle = bytes.len() - (9 * 10 * 11 - idx) * 4;
     let short = fs::read(&grid).unwrap();
@@ -89,7 +89,7 @@ fn diff_measures_differences() {
     let other = folder.path().join("other.ao.ktx2");
     let model = folder.path().join("table.obj");
     ok(
-        "bake {} -o {} --resolution 9x10x11 --method rays",
+        "bake {} -o {} --resolution 9x10x11 --sampling monte-carlo",
         &[&model, &other],
     );
     let different = json(&grid, &other);
@@ -103,14 +103,14 @@ fn diff_measures_differences() {
 }
 
 #[test]
-fn slices_show_the_object_where_it_is() {
+fn slices_outline_the_model() {
     let (folder, grid) = baked("--boundary none");
     let png = folder.path().join("table.png");
     ok("slices {} -o {}", &[&grid, &png]);
     let picture = image::open(&png).unwrap().into_rgb8();
     let orange = picture.pixels().filter(|p| p.0 == [255, 96, 0]).count();
     assert!(orange > 300, "no outline: {orange}");
-    // Without the model there is no outline, but the same picture else.
+    // Without the model the outline is missing and the rest of the picture is the same.
     fs::rename(
         folder.path().join("table.obj"),
         folder.path().join("moved.obj"),
@@ -129,12 +129,12 @@ fn slices_show_the_object_where_it_is() {
     assert_eq!(image::open(&named).unwrap().into_rgb8(), picture);
 }
 
-/// The colors of marks, which nothing else in a picture has.
+/// Colors of the marks, which nothing else in a picture has.
 const INTERIOR: [u8; 3] = [0, 140, 255];
 const DOUBTFUL: [u8; 3] = [225, 40, 190];
 
 #[test]
-fn slices_mark_the_inside_and_doubt() {
+fn slices_mark_interior_and_doubtful_cells() {
     let marks = |sample: &str| {
         let (folder, model) = with_sample(sample);
         let [grid, png] = ["a.ao.ktx2", "a.png"].map(|name| folder.path().join(name));
@@ -146,7 +146,7 @@ fn slices_mark_the_inside_and_doubt() {
         let cells = of_read.record().interior_cells as usize;
         (cells, count(INTERIOR), count(DOUBTFUL))
     };
-    // Without cells there is the legend.
+    // A model without marked cells shows the count in the legend alone.
     let (_, _, legend) = marks("box");
     let (cells, interior, doubtful) = marks("house");
     assert!(cells > 100 && interior > 3 * cells, "{cells}: {interior}");
@@ -180,9 +180,10 @@ fn bench_reports_every_stage() {
     assert_eq!(model["triangles"], 12);
     let row = &model["rows"][0];
     assert_eq!(
-        (&row["method"], &row["backend"]),
+        (&row["sampling"], &row["backend"]),
         (&"faces".into(), &"cpu".into())
     );
+    assert!(["sweep", "rays"].contains(&row["algorithm"].as_str().unwrap()));
     assert_eq!(row["threads"], 2);
     for stage in ["prepare_s", "visibility_s", "post_s"] {
         assert!(row[stage].as_f64().unwrap() > 0.0, "{stage}");
@@ -190,7 +191,7 @@ fn bench_reports_every_stage() {
 }
 
 #[test]
-fn samples_are_refined_and_refused() {
+fn samples_are_refined_or_refused() {
     let folder = tempfile::tempdir().unwrap();
     let obj = folder.path().join("t.obj");
     ok("sample torus -o {} --triangles 3001", &[&obj]);

@@ -1,22 +1,22 @@
-//! The commands as a user calls them: as processes.
+//! Tests that run the commands as a user does, as processes.
 
 /// Baking: outputs, skipping, parts, reports.
 mod bake;
-/// Light from all around, and glossy surfaces.
+/// Environment light and glossy surfaces.
 mod environment;
-/// Bad input and bad places for output: one line each.
+/// Invalid inputs and outputs: one error line each.
 mod errors;
 /// Baking on a GPU, and naming one.
 mod gpu;
-/// Being killed, interrupted, and running out of disk.
+/// Kills, interrupts and full disks.
 mod interruption;
 /// Looking at, comparing and exporting grids.
 mod look;
-/// Files that nobody here wrote, many of them broken.
+/// Files from other programs' test suites, many of them broken.
 mod odd_inputs;
-/// Rendering scenes, and what is wrong with them.
+/// Rendering scenes, and errors in scene files.
 mod render;
-/// Scenes shaded by grids, and what shaders cost.
+/// Scenes shaded by grids, and the cost of shaders.
 mod shade;
 /// T_clip and T_merge: generating, checking, measuring, exporting.
 mod tables;
@@ -26,16 +26,16 @@ use std::process::{Command, Output};
 
 use tempfile::TempDir;
 
-/// The binary with `args`, not started yet.
+/// Returns the binary with `args`, not started yet.
 fn xtask<S: AsRef<std::ffi::OsStr>>(args: impl IntoIterator<Item = S>) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
     command.args(args);
-    // Mesa's drivers look for a display, and complain on stderr where this is not set.
+    // Mesa's drivers look for a display and complain on stderr if this is not set.
     command.env("XDG_RUNTIME_DIR", std::env::temp_dir());
     command
 }
 
-/// The words of a command line, `{}` standing for the paths in their order.
+/// Splits a command line into words, replacing each `{}` by the next path.
 fn words(line: &str, paths: &[&Path]) -> Vec<std::ffi::OsString> {
     let mut paths = paths.iter();
     let word = |word: &str| match word {
@@ -51,7 +51,7 @@ fn run(line: &str, paths: &[&Path]) -> Output {
         .expect("the binary starts")
 }
 
-/// Runs what must succeed; its standard output.
+/// Runs a command that must succeed; returns its standard output.
 fn ok(line: &str, paths: &[&Path]) -> String {
     let output = run(line, paths);
     let stderr = String::from_utf8_lossy(&output.stderr);
@@ -59,7 +59,7 @@ fn ok(line: &str, paths: &[&Path]) -> String {
     String::from_utf8(output.stdout).expect("output is text")
 }
 
-/// Runs what must fail with exit status 1 and one line on stderr; that line.
+/// Runs a command that must fail with exit status 1 and one line on stderr; returns that line.
 fn fails(line: &str, paths: &[&Path]) -> String {
     one_line_error(&run(line, paths), line)
 }
@@ -79,7 +79,7 @@ fn one_line_error(output: &Output, what: &str) -> String {
     lines[0].to_owned()
 }
 
-/// A folder with one of our models in it.
+/// Returns a temporary folder and the path of a built-in model in it.
 fn with_sample(name: &str) -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let model = folder.path().join(format!("{name}.obj"));

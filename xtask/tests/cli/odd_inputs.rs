@@ -1,4 +1,4 @@
-//! Every file gives a result or a one-line error, within ten seconds and a gibibyte.
+//! Odd and broken files: each gives a result or a one-line error within ten seconds and one GiB.
 #![cfg(unix)]
 
 use std::collections::HashMap;
@@ -12,9 +12,10 @@ use serde_json::Value;
 
 use super::one_line_error;
 
-const PATIENCE: Duration = Duration::from_secs(10);
+const TIME_LIMIT: Duration = Duration::from_secs(10);
 
-/// Runs within the limits; address space stands for memory, of which it is never less.
+/// Runs a command within the limits; the address space is limited, which is an upper bound of the
+/// memory in use.
 fn limited(args: &[&Path]) -> Output {
     let script = "ulimit -v 1048576; exec \"$0\" \"$@\"";
     let mut command = Command::new("sh");
@@ -28,17 +29,17 @@ fn limited(args: &[&Path]) -> Output {
         .spawn();
     let output = child.unwrap().wait_with_output().unwrap();
     assert!(
-        start.elapsed() < PATIENCE,
+        start.elapsed() < TIME_LIMIT,
         "{args:?} took {:?}",
         start.elapsed()
     );
     output
 }
 
-/// What three other programs read: triangles, or none for an error.
+/// The number of triangles that each of three other programs reads; `None` for an error.
 type Peers = [Option<usize>; 3];
 
-/// The peers' columns of the data folder's index, by file name.
+/// Parses the peers' columns of the data folder's index, by file name.
 fn peers(index: &str) -> HashMap<String, Peers> {
     let rows = index.lines().skip(1).map(|row| {
         let columns: Vec<&str> = row.split('\t').collect();
@@ -51,10 +52,9 @@ fn peers(index: &str) -> HashMap<String, Peers> {
     rows.collect()
 }
 
-/// Files that we refuse although some program reads triangles from them and none fails, each
-/// with the reason.
+/// Files that we refuse although other programs read them, each with the reason.
 const REFUSED: [(&str, &str); 1] = [(
-    // One of three programs understands it; saving it anew is easy.
+    // Only one of three programs decodes UTF-16, and the user can easily save the file as UTF-8.
     "assimp__box_UTF16BE.obj",
     "UTF-16",
 )];

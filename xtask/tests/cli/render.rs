@@ -5,7 +5,7 @@ use tempfile::TempDir;
 
 use super::{fails, ok, run};
 
-/// A folder with a small scene in it: a box on a floor, with a camera and receivers.
+/// Returns a folder with a small scene in it: a box on a floor, with a camera and receivers.
 fn with_scene(more: &str) -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");
@@ -21,7 +21,7 @@ fn with_scene(more: &str) -> (TempDir, PathBuf) {
 
 const LIT: &str = "[environment]\ncolor = [0.5, 1, 2]\n";
 
-/// Names of an EXR file's channels.
+/// Returns the names of an EXR file's channels.
 fn channels(path: &PathBuf) -> Vec<String> {
     let image = exr::prelude::read_first_flat_layer_from_file(path).unwrap();
     let channels = image.layer_data.channel_data.list;
@@ -29,7 +29,7 @@ fn channels(path: &PathBuf) -> Vec<String> {
 }
 
 #[test]
-fn truth_becomes_a_picture_a_table_or_named_channels() {
+fn truth_is_written_as_picture_table_or_named_channels() {
     for (more, exr_channels, columns) in [
         ("", "AO AO.stderr", "truth truth.stderr"),
         (
@@ -54,7 +54,7 @@ fn truth_becomes_a_picture_a_table_or_named_channels() {
         let header = format!("px,py,pz,nx,ny,nz,{}", columns.replace(' ', ","));
         assert_eq!(lines.next(), Some(header.as_str()));
         assert_eq!(lines.clone().count(), 6);
-        // Beside the box, at its middle: AO between a tenth and a half.
+        // The first receiver, beside the middle of the box, has an AO between 0.1 and 0.5.
         let first: Vec<f64> = lines
             .next()
             .unwrap()
@@ -64,7 +64,7 @@ fn truth_becomes_a_picture_a_table_or_named_channels() {
         assert_eq!(first[..3], [0.85, 0.001, 0.166_666_666_666_666_66]);
         assert!((0.1..0.5).contains(&first[6]), "{}", first[6]);
         if more == LIT {
-            // What is hidden of a constant sky is its share.
+            // The light of a constant sky is reduced by exactly the AO.
             assert!((first[8] - 0.5 * (1.0 - first[6])).abs() < 1e-5);
         }
     }
@@ -84,7 +84,7 @@ fn a_lists_own_columns_are_kept_and_not_shadowed() {
 }
 
 #[test]
-fn the_g_buffer_is_a_picture_of_its_own() {
+fn the_g_buffer_is_written_to_its_own_file() {
     let (folder, scene) = with_scene("id = 9\n");
     let (png, dump) = (folder.path().join("a.png"), folder.path().join("g.exr"));
     let line = "render {} --mode truth --samples 2 -o {} --gbuffer {}";
@@ -100,7 +100,7 @@ fn the_g_buffer_is_a_picture_of_its_own() {
 }
 
 #[test]
-fn the_same_scene_gives_the_same_bytes_and_another_seed_others() {
+fn renders_are_deterministic_and_depend_on_the_options() {
     let (folder, scene) = with_scene("");
     let render = |options: &str| {
         let out = folder.path().join("a.exr");
@@ -117,7 +117,7 @@ fn the_same_scene_gives_the_same_bytes_and_another_seed_others() {
 }
 
 #[test]
-fn outputs_that_cannot_be_are_refused() {
+fn invalid_outputs_are_refused() {
     let (folder, scene) = with_scene("");
     let out = |name: &str| folder.path().join(name);
     for (name, options, why) in [
@@ -146,7 +146,7 @@ fn outputs_that_cannot_be_are_refused() {
     }
 }
 
-/// A scene of these lines; its error.
+/// Returns the error of rendering a scene with this text.
 fn error_of(text: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("scene.toml");
@@ -164,7 +164,7 @@ fn error_of(text: &str) -> String {
 }
 
 #[test]
-fn what_is_wrong_in_a_scene_is_named_with_line_and_key() {
+fn scene_errors_name_line_and_key() {
     let mesh = "[[mesh]]\nname = 'a'\nsample = 'box'\n";
     for (text, place, key, why) in [
         ("up = 'x'", ":1:", "up", "`x`"),
@@ -212,9 +212,9 @@ fn what_is_wrong_in_a_scene_is_named_with_line_and_key() {
             "1..=4096",
         ),
         (
-            "[picture]\ncolour = 1",
+            "[picture]\ncolor = 1",
             ":2:",
-            "picture.colour",
+            "picture.color",
             "unknown field",
         ),
         ("[[mesh]]\nname = 'a'\n", ":1:", "mesh", "exactly one"),
@@ -390,7 +390,7 @@ fn what_is_wrong_in_a_scene_is_named_with_line_and_key() {
 }
 
 #[test]
-fn an_occluder_that_only_the_truth_can_do_is_flattened_with_its_scale() {
+fn an_instance_is_flattened_with_its_scale() {
     let (folder, scene) = with_scene("scale = [1, 0.5, -2]\nname = 'slab'\n");
     let dump = folder.path().join("g.exr");
     let line = "render {} --mode truth --samples 2 -o {} --gbuffer {}";

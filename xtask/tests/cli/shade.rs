@@ -3,7 +3,8 @@ use std::path::Path;
 
 use super::{fails, ok, run};
 
-/// A box on a floor, with receivers on it: `mesh` and `instance` are added to the box's.
+/// Writes a scene with a box on a floor and receivers on the floor; `mesh` and `instance` are added
+/// to the box's tables.
 fn scene(folder: &Path, mesh: &str, instance: &str) -> std::path::PathBuf {
     let path = folder.join("scene.toml");
     let text = format!(
@@ -36,20 +37,20 @@ mesh = \"box\"
     path
 }
 
-/// The columns of a table by name.
+/// Returns a column of a table by name.
 fn column(csv: &Path, name: &str) -> Vec<f32> {
     let text = fs::read_to_string(csv).unwrap();
     let mut lines = text.lines();
     let mut names = lines.next().unwrap().split(',');
-    let place = names.position(|n| n == name);
-    let place = place.unwrap_or_else(|| panic!("no column {name}"));
+    let index = names.position(|n| n == name);
+    let index = index.unwrap_or_else(|| panic!("no column {name}"));
     lines
-        .map(|line| line.split(',').nth(place).unwrap().parse().unwrap())
+        .map(|line| line.split(',').nth(index).unwrap().parse().unwrap())
         .collect()
 }
 
 #[test]
-fn grids_shade_receivers_beside_the_truth() {
+fn grid_modes_are_close_to_truth() {
     let folder = tempfile::tempdir().unwrap();
     let csv = folder.path().join("out.csv");
     let scene = scene(folder.path(), "grid = { boundary = \"none\" }", "");
@@ -58,7 +59,7 @@ fn grids_shade_receivers_beside_the_truth() {
     let [truth, occlusion, cone] = ["truth", "occlusion", "cone"].map(|name| column(&csv, name));
     assert_eq!(cone.len(), 81);
     let [x, z] = ["px", "pz"].map(|name| column(&csv, name));
-    // Under the box, where every look-up touches its inside, there is nothing to see.
+    // Skip receivers under the box, where every look-up is interpolated with interior cells.
     let seen: Vec<_> = (0..81)
         .filter(|&i| x[i].abs().max(z[i].abs()) > 0.6)
         .collect();
@@ -66,18 +67,18 @@ fn grids_shade_receivers_beside_the_truth() {
         let squares = seen.iter().map(|&i| (values[i] - truth[i]).powi(2));
         (squares.sum::<f32>() / seen.len() as f32).sqrt()
     };
-    // The independent program has 0.014 and 0.032 here; 2,048 rays err by 0.01 themselves.
+    // An independent program has errors of 0.014 and 0.032 here; 2,048 rays err by 0.01 themselves.
     let errors = [rmse(&cone), rmse(&occlusion)];
     println!("{errors:?}");
     assert!(errors[0] < 0.03 && errors[1] < 0.06, "{errors:?}");
     assert!(column(&csv, "cone.R").iter().zip(&cone).all(|(light, ao)| {
-        // Half of what is not hidden.
+        // Ambient light of 0.5 times 1 − AO.
         (light - 0.5 * (1.0 - ao)).abs() < 1e-6
     }));
 }
 
 #[test]
-fn two_boxes_in_each_other_are_lighter_merged_than_multiplied() {
+fn overlapping_boxes_are_lighter_merged_than_multiplied() {
     let folder = tempfile::tempdir().unwrap();
     let csv = folder.path().join("out.csv");
     let twin = "[[instance]]\nmesh = \"box\"\ntranslate = [0.2, 0, 0.1]";
@@ -86,14 +87,15 @@ fn two_boxes_in_each_other_are_lighter_merged_than_multiplied() {
     let line = "render {} --mode truth,cone,merge --samples 512 -o {}";
     ok(line, &[&scene, &csv]);
     let [truth, cone, merge] = ["truth", "cone", "merge"].map(|name| column(&csv, name));
-    // Where both hide much of the same: beside them, not under them.
+    // Receivers beside the boxes, where both occlude much of the same directions.
     let both = (0..cone.len()).filter(|&i| (0.3..0.95).contains(&cone[i]));
     let both: Vec<_> = both.collect();
     assert!(both.len() > 10, "{}", both.len());
     let off = |ao: &[f32]| both.iter().map(|&i| (ao[i] - truth[i]).abs()).sum::<f32>();
     println!("multiplied {}, merged {}", off(&cone), off(&merge));
     assert!(both.iter().all(|&i| merge[i] <= cone[i] + 1e-5));
-    // A quarter away from walls (the suite's merge tests); here most look-ups touch the inside.
+    // Away from walls the ratio is a quarter (see the suite's merge tests); here most look-ups are
+    // interpolated with interior cells.
     assert!(off(&merge) < 0.8 * off(&cone));
     let alone = "strength = 0.0";
     let scene = self::scene(folder.path(), grid, alone);
@@ -126,7 +128,7 @@ fn strength_layers_and_exclusion_reach_the_shading() {
 }
 
 #[test]
-fn cones_are_not_made_of_grids_that_have_none() {
+fn cone_mode_refuses_grids_without_cones() {
     let folder = tempfile::tempdir().unwrap();
     let scene = scene(folder.path(), "grid = { encoding = \"occlusion\" }", "");
     let csv = folder.path().join("out.csv");
@@ -137,7 +139,7 @@ fn cones_are_not_made_of_grids_that_have_none() {
     assert!(column(&csv, "occlusion").iter().any(|ao| *ao > 0.5));
 }
 
-/// The last two figures of a row: instructions and inverse throughput of one more occluder.
+/// Returns the last two figures of a row: instructions and inverse throughput of one more occluder.
 fn slope(table: &str, row: &str) -> [f64; 2] {
     let line = table.lines().find(|line| line.starts_with(row));
     let line = line.unwrap_or_else(|| panic!("no row {row} in {table}"));
@@ -147,7 +149,7 @@ fn slope(table: &str, row: &str) -> [f64; 2] {
 }
 
 #[test]
-fn the_shaders_cost_less_than_those_that_were_printed() {
+fn our_shaders_cost_less_than_those_of_the_paper() {
     let output = run("shader-cost", &[]);
     if !output.status.success() {
         let error = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -171,7 +173,7 @@ fn the_shaders_cost_less_than_those_that_were_printed() {
 }
 
 #[test]
-fn grids_that_render_bakes_are_warned_of_as_those_of_bake() {
+fn render_warns_about_the_grids_that_it_bakes() {
     let folder = tempfile::tempdir().unwrap();
     let csv = folder.path().join("out.csv");
     let sheet = "[[mesh]]\nname = \"cloth\"\nsample = \"sheet\"\n[[instance]]\nmesh = \"cloth\"\n";

@@ -3,7 +3,7 @@ use std::fs;
 use super::ok;
 
 #[test]
-fn committed_tables_are_what_the_integration_makes() {
+fn committed_tables_equal_the_integration() {
     ok("tables --check", &[]);
 }
 
@@ -19,7 +19,8 @@ fn arrays_and_images_hold_the_nodes() {
     };
     let (shape, clip) = npy("t_clip.npy");
     assert_eq!(shape, [64, 64, 3]);
-    // (a, cos β, [AO, a', f]) in C order: half the sphere, straight ahead, hides everything.
+    // (a, cos β, [AO, a', f]) in C order: a cone of half the sphere along the normal occludes
+    // fully.
     let at = |a: usize, cos_beta: usize| &clip[(a * 64 + cos_beta) * 3..][..3];
     assert_eq!(at(63, 0), [1.0, 0.5, 0.0]);
     assert_eq!(at(0, 63), [0.0, 0.0, 1.0]);
@@ -33,7 +34,7 @@ fn arrays_and_images_hold_the_nodes() {
 
     for name in ["t_clip.png", "t_merge.png"] {
         let picture = image::open(folder.path().join(name)).unwrap().into_rgb8();
-        // Both ends of the scale: dark blue and yellow.
+        // Both ends of the color scale occur: dark blue and yellow.
         for [r, g, b] in [[68, 1, 84], [253, 231, 37]] {
             assert!(picture.pixels().any(|p| p.0 == [r, g, b]), "{name}");
         }

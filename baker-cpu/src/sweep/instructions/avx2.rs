@@ -1,16 +1,16 @@
-//! x86-64 with registers of 32 bytes.
+//! The AVX2 level: x86-64 with registers of 32 bytes.
 
 #![allow(
     unsafe_code,
-    reason = "that the machine has the instructions is known here, and not to the compiler"
+    reason = "the value of the SIMD level proves that the CPU has these instructions"
 )]
 
 use std::arch::x86_64::*;
 
-use super::{Mask, RowSums, Tables, Texels, Vectors, Work};
+use super::{BlockTexels, Mask, RegisterLookup, RowMoments, Simd, SimdKernel};
 use crate::sweep::counters::COLUMN;
 
-/// The proof that the machine has AVX2, and what came before it.
+/// A proof that the machine has AVX2 and the extensions before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::sweep) struct Avx2(());
 
@@ -23,32 +23,32 @@ impl Avx2 {
         has_all.then_some(Self(()))
     }
 
-    pub(super) fn run<W: Work>(self, work: W) {
+    pub(super) fn run<K: SimdKernel>(self, kernel: K) {
         #[target_feature(enable = "avx2,popcnt,bmi1,bmi2")]
-        fn run<W: Work>(work: W, avx2: Avx2) {
-            work.run(avx2);
+        fn run<K: SimdKernel>(kernel: K, avx2: Avx2) {
+            kernel.run(avx2);
         }
-        // SAFETY: the machine has AVX2, or there were no `self`.
-        unsafe { run(work, self) }
+        // SAFETY: a value of `Avx2` exists only on machines that have it.
+        unsafe { run(kernel, self) }
     }
 }
 
-impl Vectors for Avx2 {
-    type Shares = Shares;
+impl Simd for Avx2 {
+    type Lookup = Lookup;
 
-    fn shares(self, texels: &Texels) -> Shares {
-        Tables::new(texels)
+    fn mask_lookup(self, texels: &BlockTexels) -> Lookup {
+        RegisterLookup::new(texels)
     }
 
     #[inline(always)]
-    fn add(self, shares: &Shares, masks: &[Mask], sums: RowSums<'_>) {
-        // SAFETY: the machine has the instructions, or there were no `self`.
-        unsafe { add(shares, masks, sums) }
+    fn accumulate(self, lookup: &Lookup, masks: &[Mask], moments: RowMoments<'_>) {
+        // SAFETY: a value of `Avx2` exists only on machines that have it.
+        unsafe { accumulate(lookup, masks, moments) }
     }
 
     #[inline(always)]
     fn narrow_masks(self, counters: &[i8], masks: &mut [Mask]) -> bool {
-        // SAFETY: the machine has the instructions, or there were no `self`.
+        // SAFETY: a value of `Avx2` exists only on machines that have it.
         unsafe { narrow_masks(counters, masks) }
     }
 }
@@ -82,12 +82,12 @@ fn narrow_masks(counters: &[i8], masks: &mut [Mask]) -> bool {
     is(lowest, i8::MIN) | is(highest, i8::MAX) != 0
 }
 
-/// Numbers of four bytes in a register.
+/// The number of 32-bit lanes in a register.
 const LANES: usize = 8;
 
-/// The bits that choose one of a register's numbers.
-const BITS: usize = LANES.ilog2() as usize;
-type Shares = Tables<LANES, { (Mask::BITS as usize).div_ceil(BITS) }>;
+/// The number of bits that select a lane.
+const INDEX_BITS: usize = LANES.ilog2() as usize;
+type Lookup = RegisterLookup<LANES, { (Mask::BITS as usize).div_ceil(INDEX_BITS) }>;
 
 #[target_feature(enable = "avx2")]
 #[inline]
@@ -99,39 +99,41 @@ fn load_ints(from: &[i32; LANES]) -> __m256i {
 /// Adds eight numbers to others.
 #[target_feature(enable = "avx2")]
 #[inline]
-fn add_to(sums: &mut [i32; LANES], more: __m256i) {
-    let sum = _mm256_add_epi32(load_ints(sums), more);
+fn add_to(moments: &mut [i32; LANES], addend: __m256i) {
+    let sum = _mm256_add_epi32(load_ints(moments), addend);
     // SAFETY: as `load_ints`.
-    unsafe { _mm256_storeu_si256(sums.as_mut_ptr().cast(), sum) }
+    unsafe { _mm256_storeu_si256(moments.as_mut_ptr().cast(), sum) }
 }
 
-/// [`summation::Shares::add`](crate::sweep::summation::Shares::add): eight cells at a time, whose
-/// bits choose from registers.
+/// Adds as [`summation::MaskLookup::accumulate`](crate::sweep::summation::MaskLookup::accumulate),
+/// eight cells at a time. The bits of their masks select entries of tables in registers.
 #[target_feature(enable = "avx2")]
 #[inline]
-fn add(shares: &Shares, masks: &[Mask], sums: RowSums<'_>) {
-    let mut sums = sums
+fn accumulate(lookup: &Lookup, masks: &[Mask], moments: RowMoments<'_>) {
+    let mut moments = moments
         .0
-        .map(|sums| sums.as_chunks_mut::<LANES>().0.iter_mut());
+        .map(|moments| moments.as_chunks_mut::<LANES>().0.iter_mut());
     for masks in masks.as_chunks::<LANES>().0 {
-        let [counts, shares_of @ ..] = sums.each_mut().map(|sums| sums.next().expect("one a mask"));
-        let mut left = load_ints(&masks.map(u32::cast_signed));
-        add_to(counts, count_ones(left));
-        let mut more = [_mm256_setzero_si256(); 4];
-        for part in &shares.0 {
-            for (more, table) in more.iter_mut().zip(part) {
-                let chosen = _mm256_permutevar8x32_epi32(load_ints(table), left);
-                *more = _mm256_add_epi32(*more, chosen);
+        let [counts, moment_rows @ ..] = moments
+            .each_mut()
+            .map(|moments| moments.next().expect("one value per mask"));
+        let mut bits_left = load_ints(&masks.map(u32::cast_signed));
+        add_to(counts, count_ones(bits_left));
+        let mut addend = [_mm256_setzero_si256(); 4];
+        for part in &lookup.0 {
+            for (addend, table) in addend.iter_mut().zip(part) {
+                let selected = _mm256_permutevar8x32_epi32(load_ints(table), bits_left);
+                *addend = _mm256_add_epi32(*addend, selected);
             }
-            left = _mm256_srli_epi32::<{ BITS as i32 }>(left);
+            bits_left = _mm256_srli_epi32::<{ INDEX_BITS as i32 }>(bits_left);
         }
-        for (sums, more) in shares_of.into_iter().zip(more) {
-            add_to(sums, more);
+        for (moments, addend) in moment_rows.into_iter().zip(addend) {
+            add_to(moments, addend);
         }
     }
 }
 
-/// The bits that are set in each of eight numbers.
+/// Returns the number of set bits in each of eight numbers.
 #[target_feature(enable = "avx2")]
 #[inline]
 fn count_ones(x: __m256i) -> __m256i {

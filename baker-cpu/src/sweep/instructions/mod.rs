@@ -1,13 +1,13 @@
-//! The same code for wider registers.
+//! SIMD levels: the same code compiled for wider registers.
 //!
 //! Most of the sweep has one source for all machines: loops over sixteen directions, which a
-//! compiler turns into one instruction each if it may assume that the machine has it. Such a
-//! piece of [`Work`] is compiled once for each set of instructions, and the best that the
-//! machine has is chosen at run time. What a compiler does not find by itself are the methods of
-//! [`Vectors`]: written once for all machines, as the truth, and again where that is worth it.
+//! compiler turns into single instructions if it may assume that the machine has them. Such a
+//! [`SimdKernel`] is compiled once for each SIMD level, and the best level of the machine is
+//! selected at run time. Code that compilers do not vectorize well is in the methods of [`Simd`]: a
+//! portable version, which serves as the reference, and hand-written ones where that pays off.
 //!
-//! No operation is left to a compiler's taste (Rust neither fuses nor reorders floats), so that
-//! all sets give the same bits; tests compare them.
+//! Results are bit-identical across SIMD levels: Rust neither fuses nor reorders floating-point
+//! operations. Tests compare the levels.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -16,40 +16,40 @@ mod avx512;
 
 use aogrid_bake_core::PreparedMesh;
 
-use super::crossings::{self, Batch, Edges, Row};
+use super::crossings::{self, Batch, EdgeBuffer, SilhouetteChunk};
 use super::levels::Levels;
-use super::silhouettes::Find;
-use super::steps::Steps;
-use super::summation::{self, Mask, Texels};
-use super::sums::RowSums;
+use super::silhouettes::SilhouetteSearch;
+use super::steps::DeltaBuffer;
+use super::summation::{self, BlockTexels, Mask};
+use super::sums::RowMoments;
 #[cfg(target_arch = "x86_64")]
 use {avx2::Avx2, avx512::Avx512};
 
-/// What differs between sets of instructions. A value is the proof that the machine has them.
-pub(super) trait Vectors: Copy {
-    /// What [`Vectors::add`] looks up.
-    type Shares;
+/// The operations that differ between SIMD levels. A value proves that the machine has the level.
+pub(super) trait Simd: Copy {
+    /// The table that [`Simd::accumulate`] looks up.
+    type Lookup;
 
-    /// For one batch and block.
-    fn shares(self, texels: &Texels) -> Self::Shares;
+    /// Builds the table of one batch and block.
+    fn mask_lookup(self, texels: &BlockTexels) -> Self::Lookup;
 
-    /// See [`summation::Shares::add`]. Masks are as many as there are sums, a multiple of
-    /// [`LANES`](super::frame::LANES).
-    fn add(self, shares: &Self::Shares, masks: &[Mask], sums: RowSums<'_>);
+    /// Adds the moments of masks: see [`summation::MaskLookup::accumulate`]. There is a mask for
+    /// each cell of the padded row, a multiple of [`LANES`](super::frame::LANES).
+    fn accumulate(self, lookup: &Self::Lookup, masks: &[Mask], moments: RowMoments<'_>);
 
-    /// See [`Find::run_portable`].
+    /// Finds silhouettes: see [`SilhouetteSearch::run_portable`].
     #[inline(always)]
-    fn find(self, find: Find<'_>) {
-        find.run_portable();
+    fn find_silhouettes(self, search: SilhouetteSearch<'_>) {
+        search.run_portable();
     }
 
-    /// See [`summation::narrow_masks`].
+    /// Computes masks from byte counters: see [`summation::narrow_masks`].
     #[inline(always)]
     fn narrow_masks(self, counters: &[i8], masks: &mut [Mask]) -> bool {
         summation::narrow_masks(counters, masks)
     }
 
-    /// [`Levels::rank`] of many vertices.
+    /// Computes [`Levels::rank`] of many vertices.
     #[inline(always)]
     fn ranks(self, levels: &Levels, v: &[f32], w: &[f32], ranks: &mut [i32]) {
         for (rank, (&v, &w)) in ranks.iter_mut().zip(v.iter().zip(w)) {
@@ -57,56 +57,56 @@ pub(super) trait Vectors: Copy {
         }
     }
 
-    /// See [`crossings::collect`].
+    /// Collects the edges that cross a level: see [`crossings::collect`].
     #[inline(always)]
-    fn collect(self, row: &Row<'_>, edges: &mut Edges) {
-        crossings::collect(row, edges);
+    fn collect(self, chunk: &SilhouetteChunk<'_>, edges: &mut EdgeBuffer) {
+        crossings::collect(chunk, edges);
     }
 
-    /// See [`crossings::count`].
+    /// Counts edges at the rows that they cross: see [`crossings::count`].
     #[inline(always)]
-    fn count(self, batch: &Batch<'_>, edges: &Edges, unit: i8, steps: &mut Steps) {
-        crossings::count(batch, edges, unit, steps);
+    fn count(self, batch: &Batch<'_>, edges: &EdgeBuffer, unit: i8, deltas: &mut DeltaBuffer) {
+        crossings::count(batch, edges, unit, deltas);
     }
 }
 
-/// The shares of all masks, in parts of so many bits as choose one of the N numbers of a register:
-/// quantity by quantity.
+/// The moments of all masks, as one table for each part of the bits. A table has N entries, the
+/// lanes of a register, and is stored quantity by quantity.
 #[cfg(target_arch = "x86_64")]
 #[repr(align(64))]
-pub(super) struct Tables<const N: usize, const PARTS: usize>([[[i32; N]; 4]; PARTS]);
+pub(super) struct RegisterLookup<const N: usize, const PARTS: usize>([[[i32; N]; 4]; PARTS]);
 
 #[cfg(target_arch = "x86_64")]
-impl<const N: usize, const PARTS: usize> Tables<N, PARTS> {
-    fn new(texels: &Texels) -> Self {
+impl<const N: usize, const PARTS: usize> RegisterLookup<N, PARTS> {
+    fn new(texels: &BlockTexels) -> Self {
         let bits = N.ilog2() as usize;
         Self(std::array::from_fn(|part| {
-            let subsets = summation::subsets::<N>(texels, part * bits);
-            std::array::from_fn(|quantity| subsets.map(|share| share[quantity]))
+            let subset_sums = summation::subset_sums::<N>(texels, part * bits);
+            std::array::from_fn(|quantity| subset_sums.map(|moment| moment[quantity]))
         }))
     }
 }
 
-/// What every machine has.
+/// The level that every machine has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Portable;
 
-impl Vectors for Portable {
-    type Shares = summation::Shares;
+impl Simd for Portable {
+    type Lookup = summation::MaskLookup;
 
-    fn shares(self, texels: &Texels) -> Self::Shares {
-        summation::Shares::new(texels)
+    fn mask_lookup(self, texels: &BlockTexels) -> Self::Lookup {
+        summation::MaskLookup::new(texels)
     }
 
     #[inline(always)]
-    fn add(self, shares: &Self::Shares, masks: &[Mask], sums: RowSums<'_>) {
-        shares.add(masks, sums);
+    fn accumulate(self, lookup: &Self::Lookup, masks: &[Mask], moments: RowMoments<'_>) {
+        lookup.accumulate(masks, moments);
     }
 }
 
-/// A set of instructions that this machine has.
+/// A SIMD level that this machine has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Instructions {
+pub(super) enum SimdLevel {
     Portable(Portable),
     #[cfg(target_arch = "x86_64")]
     Avx2(Avx2),
@@ -114,29 +114,29 @@ pub(super) enum Instructions {
     Avx512(Avx512),
 }
 
-/// Three times a vertex's number has to fit 31 bits.
-const MOST_VERTICES: usize = (1 << 31) / 3;
+/// The maximum number of vertices: three times a vertex's index has to fit 31 bits.
+const MAX_VERTICES: usize = (1 << 31) / 3;
 
-/// What is compiled for each set. Implementations and all that they call in their inner loops
-/// are marked `inline(always)`: what is not inlined is not compiled again.
-pub(super) trait Work {
-    fn run<V: Vectors>(self, vectors: V);
+/// Code that is compiled for each SIMD level. Implementations and all that they call in their inner
+/// loops are marked `inline(always)`: functions that are not inlined are not compiled again.
+pub(super) trait SimdKernel {
+    fn run<S: Simd>(self, simd: S);
 }
 
-impl Instructions {
-    /// All that this machine has, the best first; the portable ones are always there.
+impl SimdLevel {
+    /// Returns all levels of this machine, the best first and the portable one last.
     pub(super) fn available() -> Vec<Self> {
-        let mut sets = Vec::new();
+        let mut levels = Vec::new();
         #[cfg(target_arch = "x86_64")]
         {
-            sets.extend(Avx512::new().map(Self::Avx512));
-            sets.extend(Avx2::new().map(Self::Avx2));
+            levels.extend(Avx512::new().map(Self::Avx512));
+            levels.extend(Avx2::new().map(Self::Avx2));
         }
-        sets.push(Self::Portable(Portable));
-        sets
+        levels.push(Self::Portable(Portable));
+        levels
     }
 
-    /// The name on command lines and in reports.
+    /// Returns the name on command lines and in reports.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Portable(_) => "portable",
@@ -147,20 +147,21 @@ impl Instructions {
         }
     }
 
-    /// These, unless the mesh is so large that its indices do not fit their registers.
-    pub(super) fn fitting(self, mesh: &PreparedMesh) -> Self {
-        let fits = mesh.vertices().len() <= MOST_VERTICES;
+    /// Returns this level, or the portable one if the mesh is so large that its indices do not fit
+    /// in 32-bit lanes.
+    pub(super) fn supported_for(self, mesh: &PreparedMesh) -> Self {
+        let fits = mesh.vertices().len() <= MAX_VERTICES;
         if fits { self } else { Self::Portable(Portable) }
     }
 
-    /// Runs `work`, compiled for this set.
-    pub(super) fn run<W: Work>(self, work: W) {
+    /// Runs `kernel`, compiled for this level.
+    pub(super) fn run<K: SimdKernel>(self, kernel: K) {
         match self {
-            Self::Portable(portable) => work.run(portable),
+            Self::Portable(portable) => kernel.run(portable),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2(avx2) => avx2.run(work),
+            Self::Avx2(avx2) => avx2.run(kernel),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512(avx512) => avx512.run(work),
+            Self::Avx512(avx512) => avx512.run(kernel),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The command line of `bake`, and the options it stands for.
+//! The command line of `bake` and its conversion to bake options.
 
 use std::path::PathBuf;
 
@@ -11,13 +11,14 @@ use aogrid_grid_format::{
 };
 use clap::ValueEnum;
 
-use crate::backend::Asked;
+use crate::backend::BackendRequest;
 
 /// Bake the ambient occlusion around a model into a grid file
 ///
 /// Several models, or one with --parts, go into the folder OUT, one file each, named after
-/// model and part. An output that is already what would be baked is left alone.
+/// model and part. An output that is up to date is not baked again.
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// Wavefront OBJ files
     #[arg(required = true, value_name = "MODEL")]
@@ -26,50 +27,52 @@ pub(crate) struct Args {
     #[arg(short, long, value_name = "OUT")]
     pub out: PathBuf,
     #[command(flatten)]
-    pub sampling: SamplingArgs,
-    /// How far the grid reaches: to where the model hides about this share of the sky
+    pub shared: SharedArgs,
+    /// Extend the grid to where the model occludes about this share of the sphere
     #[arg(long, default_value_t = 0.1, value_parser = positive, conflicts_with = "half_extents", allow_hyphen_values = true)]
     pub epsilon: f32,
-    /// Half the grid's size instead, in the model's units, around its bounding box's centre
-    #[arg(long, value_name = "X,Y,Z", value_parser = extents, allow_hyphen_values = true)]
+    /// Half-extents of the grid instead, in the model's units, around its bounding box's center
+    #[arg(long, value_name = "X,Y,Z", value_parser = half_extents, allow_hyphen_values = true)]
     pub half_extents: Option<[f32; 3]>,
-    /// How to sample visibility: six cube faces a cell, or random rays (Monte Carlo)
-    #[arg(long, value_enum, default_value_t = MethodArg::Faces)]
-    pub method: MethodArg,
-    /// Rays a cell, 1 to 100000 [with --method rays; default: 256]
+    /// Directions of a cell: the texels of six cube faces, or random rays (Monte Carlo)
+    #[arg(long, alias = "method", value_enum, default_value_t = SamplingArg::Faces)]
+    pub sampling: SamplingArg,
+    /// Rays a cell, 1 to 100000 [with --sampling monte-carlo; default: 256]
     #[arg(long, value_parser = ray_count, conflicts_with = "face_size")]
     pub rays: Option<u32>,
-    /// Seed of the rays' directions [with --method rays; default: 0]
+    /// Seed of the rays' directions [with --sampling monte-carlo; default: 0]
     #[arg(long)]
     pub seed: Option<u64>,
-    /// Ignore what is farther from a cell than this, in the model's units [default: unlimited]
+    /// Ignore geometry that is farther from a cell than this, in the model's units [default:
+    /// unlimited]
     #[arg(long, value_name = "D", value_parser = positive, allow_hyphen_values = true)]
     pub max_distance: Option<f32>,
-    /// What a texel holds: the hidden share of the sky, or that and its average direction
+    /// Content of a texel: the occluded share of the sphere, or that and its average direction
     #[arg(long, value_enum, default_value_t = EncodingArg::Cone)]
     pub encoding: EncodingArg,
-    /// How a texel's values are stored
+    /// Storage format of a texel's values
     #[arg(long, value_enum, default_value_t = FormatArg::Unorm8)]
     pub format: FormatArg,
-    /// How occlusion fades out at the grid's boundary: as in the journal paper, as in the
-    /// research report, or not at all
+    /// Boundary treatment, which fades occlusion out at the grid's boundary: as in the journal
+    /// paper, as in the research report, or none
     #[arg(long, value_enum, default_value_t = BoundaryArg::Jgt)]
     pub boundary: BoundaryArg,
-    /// Which cells count as inside the model and take the values around it: those that signed
-    /// layers of surface show to be inside, holes or not; only those that see no sky; or none
+    /// Cells that count as inside the model and are filled from their neighbors: those inside by
+    /// the signed count of surface layers, even if the mesh has holes; only those that see no sky;
+    /// or none
     #[arg(long, value_enum, default_value_t = InteriorArg::Signed)]
     pub interior: InteriorArg,
-    /// Where in a cell its sample lies, in cells from the centre, each within ±0.5
+    /// Position of a cell's sample, in cells from the center, each within ±0.5
     /// [default: 0.00031,-0.00017,0.00043]
-    #[arg(long, value_name = "X,Y,Z", value_parser = offset, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = sample_offset, allow_hyphen_values = true)]
     pub sample_offset: Option<[f32; 3]>,
     /// Bake each object or group of a model by itself, for animation
     #[arg(long)]
     pub parts: bool,
-    /// Bake even what is up to date
+    /// Bake outputs that are up to date, too
     #[arg(long)]
     pub force: bool,
-    /// Say what would be baked and where its grid would lie, and write nothing
+    /// Print what would be baked and the grid's box, and write nothing
     #[arg(long)]
     pub dry_run: bool,
     /// Report as one JSON object on stdout
@@ -77,24 +80,31 @@ pub(crate) struct Args {
     pub json: bool,
 }
 
-/// What every command that bakes asks for.
+/// The examples at the end of `bake --help`.
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask bake assets/table.obj -o table.ao.ktx2
+  cargo xtask bake assets/robot.obj --parts --resolution 16 -o robot-parts
+  cargo xtask bake assets/box.obj -o mc.ao.ktx2 --sampling monte-carlo --rays 1024 --seed 7";
+
+/// The options that `bake` and `bench` share.
 #[derive(clap::Args)]
-pub(crate) struct SamplingArgs {
+pub(crate) struct SharedArgs {
     /// Cells along the axes, 8 to 2048 each: one number, or three as in 32x24x32
     #[arg(long, default_value = "32", value_parser = resolution, allow_hyphen_values = true)]
     pub resolution: [u32; 3],
     /// Texels along a cube face's side, 8 to 128 [default: 16]
     #[arg(long, value_parser = face_size)]
     pub face_size: Option<u32>,
-    /// How to test the directions of faces: the sweep wherever it can be used and is faster,
-    /// else rays; or only one of them. The grid is the same
-    #[arg(long, value_enum, default_value_t = KernelArg::Auto)]
-    pub kernel: KernelArg,
-    /// Where to bake: on a GPU if there is one, else on the CPU; or only on one of them. Software
-    /// that plays a GPU counts only where --adapter names it
+    /// Algorithm that tests the directions of faces: the direction sweep where it is possible and
+    /// faster, else ray casting; or always one of them. The grid is the same
+    #[arg(long, alias = "kernel", value_enum, default_value_t = AlgorithmArg::Auto)]
+    pub algorithm: AlgorithmArg,
+    /// Device to bake on: a GPU if there is one, else the CPU; or always one of them. Software
+    /// adapters count only if --adapter names them
     #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
     pub backend: BackendArg,
-    /// The GPU whose name holds this; see `cargo xtask adapters`
+    /// GPU to use, by a part of its name; see `cargo xtask adapters`
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
     /// Threads to bake with [default: as many as there are processors]
@@ -103,13 +113,14 @@ pub(crate) struct SamplingArgs {
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum MethodArg {
+pub(crate) enum SamplingArg {
     Faces,
-    Rays,
+    #[value(alias = "rays")]
+    MonteCarlo,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum KernelArg {
+pub(crate) enum AlgorithmArg {
     Auto,
     Sweep,
     Rays,
@@ -150,37 +161,37 @@ pub(crate) enum InteriorArg {
     Keep,
 }
 
-impl SamplingArgs {
-    /// The kernel that was asked for; none: the baker's choice.
-    pub(crate) fn kernel(&self) -> Option<Kernel> {
-        match self.kernel {
-            KernelArg::Auto => None,
-            KernelArg::Sweep => Some(Kernel::Sweep),
-            KernelArg::Rays => Some(Kernel::Rays),
+impl SharedArgs {
+    /// Returns the requested algorithm; `None` leaves the choice to the baker.
+    pub(crate) fn algorithm(&self) -> Option<Kernel> {
+        match self.algorithm {
+            AlgorithmArg::Auto => None,
+            AlgorithmArg::Sweep => Some(Kernel::Sweep),
+            AlgorithmArg::Rays => Some(Kernel::Rays),
         }
     }
 
-    /// Where to bake; an error where an option would do nothing.
-    pub(crate) fn backend(&self) -> Result<Asked, clap::Error> {
+    /// Returns the requested device; an error if an option would have no effect.
+    pub(crate) fn backend(&self) -> Result<BackendRequest, clap::Error> {
         match (self.backend, &self.adapter) {
             (BackendArg::Cpu, Some(_)) => Err(clap::Error::raw(
                 clap::error::ErrorKind::ArgumentConflict,
                 "--adapter needs --backend gpu or auto\n",
             )),
-            (BackendArg::Cpu, None) => Ok(Asked::Cpu),
-            (BackendArg::Auto, None) => Ok(Asked::Auto),
-            (BackendArg::Gpu, None) => Ok(Asked::Gpu(Choice::Real)),
-            (BackendArg::Gpu, Some(name)) => Ok(Asked::Gpu(Choice::Named(name.clone()))),
-            (BackendArg::Auto, Some(name)) => Ok(Asked::Named(name.clone())),
+            (BackendArg::Cpu, None) => Ok(BackendRequest::Cpu),
+            (BackendArg::Auto, None) => Ok(BackendRequest::Auto),
+            (BackendArg::Gpu, None) => Ok(BackendRequest::Gpu(Choice::Real)),
+            (BackendArg::Gpu, Some(name)) => Ok(BackendRequest::Gpu(Choice::Named(name.clone()))),
+            (BackendArg::Auto, Some(name)) => Ok(BackendRequest::Named(name.clone())),
         }
     }
 }
 
 impl Args {
-    /// Where the grid goes.
+    /// Returns the placement of the grid.
     pub(crate) fn placement(&self) -> Placement {
         Placement {
-            resolution: self.sampling.resolution,
+            resolution: self.shared.resolution,
             extent: match self.half_extents {
                 Some(given) => Extent::HalfExtents(given),
                 None => Extent::Epsilon(self.epsilon),
@@ -188,35 +199,35 @@ impl Args {
         }
     }
 
-    /// What is baked; an error where an option would do nothing.
+    /// Returns the bake options; an error if an option would have no effect.
     pub(crate) fn options(&self) -> Result<BakeOptions, clap::Error> {
-        let unused = match self.method {
-            MethodArg::Faces => [
+        let unused = match self.sampling {
+            SamplingArg::Faces => [
                 ("--rays", self.rays.is_some()),
                 ("--seed", self.seed.is_some()),
             ],
-            MethodArg::Rays => [
-                ("--face-size", self.sampling.face_size.is_some()),
+            SamplingArg::MonteCarlo => [
+                ("--face-size", self.shared.face_size.is_some()),
                 ("", false),
             ],
         };
         if let Some((name, _)) = unused.iter().find(|(_, given)| *given) {
-            let other = match self.method {
-                MethodArg::Faces => "rays",
-                MethodArg::Rays => "faces",
+            let other = match self.sampling {
+                SamplingArg::Faces => "monte-carlo",
+                SamplingArg::MonteCarlo => "faces",
             };
-            let message = format!("{name} needs --method {other}\n");
+            let message = format!("{name} needs --sampling {other}\n");
             return Err(clap::Error::raw(
                 clap::error::ErrorKind::ArgumentConflict,
                 message,
             ));
         }
         Ok(BakeOptions {
-            method: match self.method {
-                MethodArg::Faces => Method::Faces {
-                    size: self.sampling.face_size.unwrap_or(16),
+            method: match self.sampling {
+                SamplingArg::Faces => Method::Faces {
+                    size: self.shared.face_size.unwrap_or(16),
                 },
-                MethodArg::Rays => Method::Rays {
+                SamplingArg::MonteCarlo => Method::Rays {
                     count: self.rays.unwrap_or(256),
                     seed: self.seed.unwrap_or(0),
                 },
@@ -246,6 +257,7 @@ impl Args {
     }
 }
 
+/// Parses cell counts: one number for all axes, or three.
 pub(crate) fn resolution(text: &str) -> Result<[u32; 3], String> {
     let numbers: Vec<u32> = text
         .split(['x', 'X', '×'])
@@ -269,7 +281,8 @@ pub(crate) fn resolution(text: &str) -> Result<[u32; 3], String> {
     }
 }
 
-fn three(text: &str) -> Result<[f32; 3], String> {
+/// Parses three numbers with commas between.
+fn number_triple(text: &str) -> Result<[f32; 3], String> {
     let numbers: Vec<f32> = text
         .split(',')
         .map(|n| {
@@ -281,16 +294,16 @@ fn three(text: &str) -> Result<[f32; 3], String> {
     <[f32; 3]>::try_from(numbers).map_err(|_| "three numbers are needed, as in 1,2,3".into())
 }
 
-fn extents(text: &str) -> Result<[f32; 3], String> {
-    let numbers = three(text)?;
+fn half_extents(text: &str) -> Result<[f32; 3], String> {
+    let numbers = number_triple(text)?;
     match numbers.iter().all(|v| *v > 0.0 && v.is_finite()) {
         true => Ok(numbers),
         false => Err("each must be above zero and finite".into()),
     }
 }
 
-fn offset(text: &str) -> Result<[f32; 3], String> {
-    let numbers = three(text)?;
+fn sample_offset(text: &str) -> Result<[f32; 3], String> {
+    let numbers = number_triple(text)?;
     match numbers.iter().all(|v| v.abs() <= 0.5) {
         true => Ok(numbers),
         false => Err("each must be within ±0.5 of a cell".into()),
@@ -343,11 +356,11 @@ mod tests {
 
     #[test]
     fn triples_are_checked() {
-        assert_eq!(extents("1, 2.5,3e1"), Ok([1.0, 2.5, 30.0]));
-        assert_eq!(offset("-0.5,0,0.25"), Ok([-0.5, 0.0, 0.25]));
+        assert_eq!(half_extents("1, 2.5,3e1"), Ok([1.0, 2.5, 30.0]));
+        assert_eq!(sample_offset("-0.5,0,0.25"), Ok([-0.5, 0.0, 0.25]));
         for wrong in ["1,2", "1,2,0", "1,2,-3", "1,2,inf", "1,2,NaN", "a,b,c"] {
-            assert!(extents(wrong).is_err(), "{wrong}");
+            assert!(half_extents(wrong).is_err(), "{wrong}");
         }
-        assert!(offset("0,0,0.6").is_err() && offset("0,NaN,0").is_err());
+        assert!(sample_offset("0,0,0.6").is_err() && sample_offset("0,NaN,0").is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! Which grids a command line asks for, and which of them are there already.
+//! The grids that a command line asks for, and the check whether an output is up to date.
 
 use std::collections::HashMap;
 use std::fs;
@@ -12,21 +12,21 @@ use super::{Args, stem};
 use crate::commands::info::read_grid;
 use crate::output;
 
-/// The ending of grid files.
-const ENDING: &str = ".ao.ktx2";
+/// The extension of grid files.
+const EXTENSION: &str = ".ao.ktx2";
 
 /// One grid to bake.
 pub(super) struct Job {
-    /// What messages call it.
+    /// The job's name in messages.
     pub title: String,
-    /// Which part of the model; none: all of it.
+    /// Index of the model's part; `None` for the whole model.
     pub part: Option<usize>,
-    /// The part's name, as the file will record it.
+    /// The part's name, which the file records.
     pub part_name: Option<String>,
     pub out: PathBuf,
 }
 
-/// Where outputs go.
+/// Maps models and parts to output files.
 pub(super) struct Jobs<'a> {
     out: &'a Path,
     parts: bool,
@@ -49,16 +49,16 @@ impl<'a> Jobs<'a> {
             {
                 let hint = match args.out.is_dir() {
                     true => {
-                        format!("it is a folder; name a file in it, such as NAME{ENDING}")
+                        format!("it is a folder; name a file in it, such as NAME{EXTENSION}")
                     }
-                    false => format!("a grid file's name ends in {ENDING}"),
+                    false => format!("a grid file's name ends in {EXTENSION}"),
                 };
                 bail!("{shown}: {hint}");
             }
             output::check(&args.out)?;
             return Ok(jobs);
         }
-        jobs.refuse_collisions(&args.models)?;
+        jobs.check_collisions(&args.models)?;
         if args.out.exists() && !args.out.is_dir() {
             bail!("{shown}: it is a file; several grids need a folder");
         }
@@ -68,10 +68,11 @@ impl<'a> Jobs<'a> {
         Ok(jobs)
     }
 
-    fn refuse_collisions(&self, models: &[PathBuf]) -> anyhow::Result<()> {
+    /// Checks that no two models have the same output.
+    fn check_collisions(&self, models: &[PathBuf]) -> anyhow::Result<()> {
         let mut seen: HashMap<String, &Path> = HashMap::new();
         for model in models {
-            // Some file systems do not tell upper from lower case.
+            // Some file systems ignore case.
             if let Some(other) = seen.insert(stem(model).to_lowercase(), model) {
                 let (a, b) = (other.display(), model.display());
                 if other == model {
@@ -83,10 +84,10 @@ impl<'a> Jobs<'a> {
         Ok(())
     }
 
-    /// The job for a whole model; none if its parts are baked.
-    pub(super) fn of_whole(&self, model: &Path) -> Option<Job> {
+    /// Returns the job for a whole model; `None` if its parts are baked instead.
+    pub(super) fn whole_job(&self, model: &Path) -> Option<Job> {
         let out = match self.into_folder {
-            true => self.out.join(format!("{}{ENDING}", stem(model))),
+            true => self.out.join(format!("{}{EXTENSION}", stem(model))),
             false => self.out.to_owned(),
         };
         (!self.parts).then(|| Job {
@@ -97,12 +98,12 @@ impl<'a> Jobs<'a> {
         })
     }
 
-    /// A job for each part of a model.
-    pub(super) fn of_parts(&self, model: &Path, mesh: &TriangleMesh) -> anyhow::Result<Vec<Job>> {
+    /// Returns a job for each part of a model.
+    pub(super) fn part_jobs(&self, model: &Path, mesh: &TriangleMesh) -> anyhow::Result<Vec<Job>> {
         let mut uses: HashMap<String, usize> = HashMap::new();
         let jobs = mesh.parts().iter().enumerate().map(|(idx, part)| {
             let mut name = file_name(&part.name);
-            // Names that differ in what a file's name cannot hold, or in case alone.
+            // Number the names that become equal as file names or differ in case alone.
             let uses = uses.entry(name.to_lowercase()).or_default();
             *uses += 1;
             if *uses > 1 {
@@ -112,24 +113,24 @@ impl<'a> Jobs<'a> {
                 title: format!("{} ({})", model.display(), part.name),
                 part: Some(idx),
                 part_name: Some(part.name.clone()),
-                out: self.out.join(format!("{}.{name}{ENDING}", stem(model))),
+                out: self.out.join(format!("{}.{name}{EXTENSION}", stem(model))),
             }
         });
         Ok(jobs.collect())
     }
 }
 
-/// `name` with everything that a file system may not like replaced.
+/// Returns `name` with all characters replaced that a file name may not contain.
 fn file_name(name: &str) -> String {
     let plain = |c: char| match c {
         c if c.is_alphanumeric() || c == '-' || c == '_' => c,
         _ => '_',
     };
-    // File systems end names at 255 bytes.
+    // File systems limit names to 255 bytes.
     name.chars().take(50).map(plain).collect()
 }
 
-/// The grid at the job's output, if it is what baking would write there.
+/// Returns the grid at the job's output if baking would write the same again.
 pub(super) fn up_to_date(
     job: &Job,
     placement: &Placement,

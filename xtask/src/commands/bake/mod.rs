@@ -1,4 +1,4 @@
-//! `bake`: models → grid files.
+//! `bake`: grid files from models.
 
 mod args;
 mod jobs;
@@ -13,9 +13,9 @@ use aogrid_bake_core::mesh::{self, LoadedMesh, MeshReport};
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, post};
 use aogrid_grid_format::{GridSpec, Source};
 
-pub(crate) use args::{Args, SamplingArgs, face_size, resolution};
+pub(crate) use args::{Args, SharedArgs, face_size, resolution};
 use jobs::{Job, Jobs};
-use report::{Baked, KernelReport, Outcome, Outputs, Times};
+use report::{BackendReport, Baked, Outcome, Outputs, Times};
 pub(crate) use warnings::warnings;
 
 use crate::backend::Backend;
@@ -24,17 +24,18 @@ use crate::{interrupt, output};
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let options = args.options().unwrap_or_else(|usage| usage.exit());
-    let asked = args.sampling.backend().unwrap_or_else(|usage| usage.exit());
+    let request = args.shared.backend().unwrap_or_else(|usage| usage.exit());
     let placement = args.placement();
-    use_threads(args.sampling.threads)?;
+    use_threads(args.shared.threads)?;
     interrupt::listen();
     let jobs = Jobs::new(args)?;
-    let mut backend = Backend::new(asked, args.sampling.kernel());
+    let mut backend = Backend::new(request, args.shared.algorithm());
     let mut outputs = Outputs::default();
     for model in &args.models {
         let shown = model.display();
         let (name, blake3) = LoadedMesh::identify(model).with_context(|| shown.to_string())?;
-        let single = jobs.of_whole(model);
+        // A whole model that is up to date need not even be parsed.
+        let single = jobs.whole_job(model);
         if let (Some(job), false) = (&single, args.force)
             && let Some(grid) = jobs::up_to_date(job, &placement, &options, &name, &blake3)
         {
@@ -46,7 +47,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         let load_s = loading.elapsed().as_secs_f64();
         let of_model = match single {
             Some(job) => vec![job],
-            None => jobs.of_parts(model, &loaded.mesh)?,
+            None => jobs.part_jobs(model, &loaded.mesh)?,
         };
         for job in of_model {
             let current = match args.force || job.part.is_none() {
@@ -56,7 +57,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
             let outcome = match current {
                 Some(grid) => Outcome::up_to_date(&job, &grid),
                 None => {
-                    let mut baker = Baker {
+                    let mut baker = ModelBaker {
                         backend: &mut backend,
                         loaded: &loaded,
                         load_s,
@@ -72,14 +73,14 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     outputs.finish(console, args.json)
 }
 
-/// Bakes with this many threads from here on.
+/// Starts the global thread pool with this many threads; all processors if `None`.
 pub(crate) fn use_threads(threads: Option<u16>) -> anyhow::Result<()> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0).into());
     pool.build_global().context("cannot start the threads")
 }
 
-/// What is the same for all parts of a model.
-struct Baker<'a> {
+/// Bakes the jobs of one model.
+struct ModelBaker<'a> {
     backend: &'a mut Backend,
     loaded: &'a LoadedMesh,
     load_s: f64,
@@ -87,7 +88,8 @@ struct Baker<'a> {
     options: &'a BakeOptions,
 }
 
-impl Baker<'_> {
+impl ModelBaker<'_> {
+    /// Bakes a job and writes its output; with `dry_run` only reports it.
     fn run(&mut self, job: &Job, dry_run: bool, console: &Console) -> anyhow::Result<Outcome> {
         let part;
         let mesh = match job.part {
@@ -107,7 +109,7 @@ impl Baker<'_> {
             .with_context(|| job.title.clone())?;
         let report = MeshReport::new(mesh);
         if dry_run {
-            return Ok(Outcome::dry(job, &report, &spec));
+            return Ok(Outcome::dry_run(job, &report, &spec));
         }
         output::check(&job.out)?;
         let baked = self.bake(job, mesh, spec, report, console)?;
@@ -127,13 +129,13 @@ impl Baker<'_> {
         console: &Console,
     ) -> anyhow::Result<Baked> {
         let bar = console.progress(&job.title);
-        let seen = self
+        let timed = self
             .backend
             .bake(mesh, spec, self.options, &|progress| bar.observe(progress))
             .with_context(|| job.title.clone())?;
         drop(bar);
-        if let Some(why) = &seen.fell_back {
-            console.warning(&format!("{}: baked on the CPU: {why}", job.title));
+        if let Some(failure) = &timed.gpu_failure {
+            console.warning(&format!("{}: baked on the CPU: {failure}", job.title));
         }
 
         let started = Instant::now();
@@ -144,16 +146,16 @@ impl Baker<'_> {
             triangles: mesh.triangles().len() as u64,
             ..Source::from(self.loaded)
         };
-        let grid = post::finish(seen.raw, self.placement, self.options, source)
+        let grid = post::finish(timed.raw, self.placement, self.options, source)
             .with_context(|| job.title.clone())?;
         Ok(Baked {
             grid,
             report,
-            kernel: KernelReport::new(seen.by),
+            backend: BackendReport::new(timed.provenance),
             times: Times {
                 load_s: self.load_s,
-                prepare_s: seen.prepare_s,
-                visibility_s: seen.visibility_s,
+                prepare_s: timed.prepare_s,
+                visibility_s: timed.visibility_s,
                 post_s: started.elapsed().as_secs_f64(),
                 threads: rayon::current_num_threads(),
             },
@@ -161,7 +163,7 @@ impl Baker<'_> {
     }
 }
 
-/// A file's name without folders and endings, for the names of what is made from it.
+/// Returns a file's name without folder and extension, for the names of outputs.
 fn stem(path: &Path) -> String {
     let stem = path.file_stem().unwrap_or_default();
     stem.to_string_lossy().into_owned()

@@ -1,4 +1,4 @@
-//! What a bake says of itself, to people and to machines.
+//! Reports of bakes: lines for people and JSON for machines.
 
 use std::path::PathBuf;
 
@@ -7,26 +7,26 @@ use aogrid_grid_format::{BoundaryMode, Grid, GridSpec, Method};
 use serde::Serialize;
 
 use super::jobs::Job;
-use crate::backend::By;
+use crate::backend::Provenance;
 use crate::commands::info;
 use crate::console::Console;
 
-/// How long the stages took, in seconds.
+/// Times of the stages in seconds.
 #[derive(Serialize)]
 pub(super) struct Times {
     pub load_s: f64,
-    /// From the loaded mesh to the first direction.
+    /// Time from the loaded mesh to the first direction.
     pub prepare_s: f64,
     pub visibility_s: f64,
     pub post_s: f64,
     pub threads: usize,
 }
 
-/// What tested the directions.
+/// The algorithm and device that made the bake; the key `kernel` of the JSON report.
 #[derive(Serialize)]
-pub(super) struct KernelReport {
+pub(super) struct BackendReport {
     name: &'static str,
-    /// Why it is rays, where nothing was asked for.
+    /// Reason for casting rays, if no algorithm was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     reason: Option<String>,
     backend: &'static str,
@@ -34,25 +34,25 @@ pub(super) struct KernelReport {
     adapter: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     driver: Option<String>,
-    /// Why it is the CPU, where either would have done.
+    /// Reason for using the CPU, if the request allowed both.
     #[serde(skip_serializing_if = "Option::is_none")]
     why_cpu: Option<String>,
 }
 
-impl KernelReport {
-    pub(super) fn new(by: By) -> Self {
+impl BackendReport {
+    pub(super) fn new(provenance: Provenance) -> Self {
         Self {
-            name: by.kernel.name(),
-            backend: by.backend(),
-            reason: by.why_rays,
-            adapter: by.adapter,
-            driver: by.driver,
-            why_cpu: by.why_cpu,
+            name: provenance.algorithm.name(),
+            backend: provenance.backend(),
+            reason: provenance.rays_reason,
+            adapter: provenance.adapter,
+            driver: provenance.driver,
+            why_cpu: provenance.cpu_reason,
         }
     }
 
     fn line(&self) -> String {
-        let whose = match (&self.adapter, &self.driver) {
+        let device = match (&self.adapter, &self.driver) {
             (Some(adapter), Some(driver)) => format!("{adapter}, {driver}"),
             (Some(adapter), None) => adapter.clone(),
             _ => "CPU".into(),
@@ -60,19 +60,19 @@ impl KernelReport {
         let reason = self.reason.iter().map(|reason| format!(": {reason}"));
         let why_cpu = self.why_cpu.iter().map(|why| format!("; {why}"));
         let notes: String = reason.chain(why_cpu).collect();
-        format!("{whose}, {}{notes}", self.name)
+        format!("{device}, {}{notes}", self.name)
     }
 }
 
-/// A fresh grid and how it came about.
+/// A fresh grid with all that its report says.
 pub(super) struct Baked {
     pub grid: Grid,
     pub report: MeshReport,
-    pub kernel: KernelReport,
+    pub backend: BackendReport,
     pub times: Times,
 }
 
-/// What happened to one job.
+/// The report of one job.
 pub(super) struct Outcome {
     json: OutcomeJson,
     lines: Vec<String>,
@@ -90,7 +90,7 @@ struct OutcomeJson {
     #[serde(skip_serializing_if = "Option::is_none")]
     placement: Option<info::BoxJson>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    kernel: Option<KernelReport>,
+    kernel: Option<BackendReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     times: Option<Times>,
 }
@@ -111,7 +111,7 @@ impl Outcome {
         }
     }
 
-    pub(super) fn dry(job: &Job, report: &MeshReport, spec: &GridSpec) -> Self {
+    pub(super) fn dry_run(job: &Job, report: &MeshReport, spec: &GridSpec) -> Self {
         Self {
             lines: vec![
                 format!("{}: {}", job.title, info::mesh_line(report)),
@@ -137,7 +137,7 @@ impl Outcome {
         let Baked {
             grid,
             report,
-            kernel,
+            backend,
             times,
         } = baked;
         let bytes = grid.texels().len() as f64 / 1024.0;
@@ -145,7 +145,7 @@ impl Outcome {
             lines: vec![
                 format!("{}: {}", job.title, info::mesh_line(&report)),
                 format!("  {}", info::box_line(grid.spec())),
-                format!("  {}", sampling_line(&grid, &kernel)),
+                format!("  {}", sampling_line(&grid, &backend)),
                 format!("  {}", times_line(&times)),
                 format!("  wrote {} ({bytes:.0} KiB of texels)", job.out.display()),
             ],
@@ -155,16 +155,17 @@ impl Outcome {
                 mesh: Some(info::MeshJson::new(&report)),
                 grid: Some(info::GridJson::new(&grid)),
                 placement: None,
-                kernel: Some(kernel),
+                kernel: Some(backend),
                 times: Some(times),
             },
         }
     }
 }
 
-fn sampling_line(grid: &Grid, kernel: &KernelReport) -> String {
+/// Describes how a grid was made in one line.
+fn sampling_line(grid: &Grid, backend: &BackendReport) -> String {
     let record = grid.record();
-    let method = match record.method {
+    let sampling = match record.method {
         Method::Faces { size } => format!("six {size}×{size} faces a cell"),
         Method::Rays { count, seed } => format!("{count} rays a cell, seed {seed}"),
     };
@@ -174,8 +175,8 @@ fn sampling_line(grid: &Grid, kernel: &KernelReport) -> String {
         BoundaryMode::None => "none",
     };
     format!(
-        "{method} ({}); {}; boundary {boundary}, V_M = {:.4}",
-        kernel.line(),
+        "{sampling} ({}); {}; boundary {boundary}, V_M = {:.4}",
+        backend.line(),
         info::interior_line(record),
         record.boundary.v_m
     )
@@ -192,7 +193,7 @@ fn times_line(times: &Times) -> String {
     )
 }
 
-/// Three digits of a duration.
+/// Formats a duration with about three digits.
 fn seconds(s: f64) -> String {
     match s {
         s if s < 0.9995 => format!("{:.1} ms", 1e3 * s),
@@ -200,14 +201,14 @@ fn seconds(s: f64) -> String {
     }
 }
 
-/// What happened to all jobs.
+/// The reports of all jobs.
 #[derive(Default, Serialize)]
 pub(super) struct Outputs {
     outputs: Vec<OutcomeJson>,
 }
 
 impl Outputs {
-    /// Tells people at once; collects for machines.
+    /// Prints a report at once, or keeps it for the JSON object.
     pub(super) fn push(&mut self, outcome: Outcome, console: &Console, json: bool) {
         if !json {
             outcome.lines.iter().for_each(|line| console.note(line));

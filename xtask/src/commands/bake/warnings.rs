@@ -1,15 +1,15 @@
-//! Warnings about a grid that was baked: it is whole, and may not be what was meant.
+//! Warnings about a grid that is valid but perhaps not what the user wanted.
 
 use aogrid_bake_core::mesh::MeshReport;
 use aogrid_grid_format::{Grid, Interior};
 
-/// From this doubt on more cells are guessed than known to be inside.
+/// The doubt above which a warning is due: more cells are guessed than known to be inside.
 const MAX_DOUBT: f32 = 0.5;
 
-/// From this occlusion on a cell is inside the model for anyone who looks at it.
+/// The occlusion fraction from which a cell is taken to lie inside the model.
 const NEARLY_ENCLOSED: f32 = 0.99;
 
-/// Returns all that a user should know of a fresh grid of the mesh that `report` is about.
+/// Returns warnings about a fresh grid of the mesh that `report` describes.
 pub(crate) fn warnings(grid: &Grid, report: &MeshReport) -> Vec<String> {
     let record = grid.record();
     let mut warnings = Vec::new();

@@ -7,43 +7,44 @@ use aogrid_baker_cpu::truth::TruthOptions;
 use aogrid_baker_gpu::Choice;
 use clap::ValueEnum;
 
-/// Render a scene: its picture as PNG or EXR, or its receivers as CSV
+/// Render a scene: a picture as PNG or EXR, or a list of receivers as CSV
 ///
-/// The ending of OUT decides. PNG: 1 − AO as linear grey, or light with sRGB's curve where the
-/// scene is lit; several modes stand side by side. EXR: float channels AO, AO.stderr and, of a
-/// lit scene, R, G, B, each after the mode's name. CSV: the list's columns and those of every mode.
+/// The extension of OUT decides. PNG: 1 − AO as linear gray, or light in sRGB if the scene is lit;
+/// several modes side by side. EXR: float channels AO, AO.stderr and, in a lit scene, R, G, B;
+/// of several modes with the mode's name in front. CSV: the list's columns and those of every mode.
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// The scene file (TOML); docs/scenes.md explains it
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
-    /// How to shade; several with commas between
+    /// Shading mode; several with commas between
     #[arg(long, value_enum, required = true, value_delimiter = ',')]
     pub mode: Vec<Mode>,
     /// The file to write: .png, .exr or .csv
     #[arg(short, long, value_name = "OUT")]
     pub out: PathBuf,
-    /// Write what the camera sees as an EXR, too: position, normal, object id
+    /// Also write the G-buffer as an EXR file: position, normal, object id
     #[arg(long, value_name = "EXR")]
     pub gbuffer: Option<PathBuf>,
-    /// Rays a receiver for the truth [default: the scene's, else 8192]
+    /// Rays a receiver for mode truth [default: the scene's, else 8192]
     #[arg(long, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
     pub samples: Option<u32>,
-    /// Seed of the truth's random numbers [default: the scene's, else 0]
+    /// Seed of the random numbers of mode truth [default: the scene's, else 0]
     #[arg(long)]
     pub seed: Option<u64>,
-    /// What is farther than this does not occlude in the truth, in world units [default: the
-    /// scene's, else unlimited]
+    /// Maximum distance of occluders in mode truth, in world units [default: the scene's, else
+    /// unlimited]
     #[arg(long, value_name = "D", value_parser = positive, allow_hyphen_values = true)]
     pub max_distance: Option<f64>,
     /// Keep only the first N of the scene's occluders
     #[arg(long, value_name = "N")]
     pub occluders: Option<usize>,
-    /// Where grids are looked up: on the CPU, the same on every machine, or in the raster passes of
-    /// a GPU, which make pictures only
+    /// Device that looks up the grids: the CPU, with the same result on every machine, or the
+    /// raster passes of a GPU, which make pictures only
     #[arg(long, value_enum, default_value_t = BackendArg::Cpu)]
     pub backend: BackendArg,
-    /// The GPU whose name holds this; see `cargo xtask adapters`
+    /// GPU to use, by a part of its name; see `cargo xtask adapters`
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
     /// Threads to work with [default: as many as there are processors]
@@ -51,31 +52,38 @@ pub(crate) struct Args {
     pub threads: Option<u16>,
 }
 
-/// A way to shade.
+/// The examples at the end of `render --help`.
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask render scenes/table.toml --mode truth,cone,merge -o table.png
+  cargo xtask render scenes/table.toml --mode cone -o table.exr --gbuffer gbuffer.exr
+  cargo xtask render scenes/box-on-floor.toml --mode truth,cone --samples 1024 -o box.csv";
+
+/// A shading mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Mode {
-    /// By ray tracing the whole scene
+    /// Ray tracing of the whole scene
     Truth,
-    /// By the occluders' grids without regard to normals, multiplied
+    /// The occluders' grids without regard to normals, multiplied
     Occlusion,
-    /// By the occluders' grids as cones that the receiver's plane clips, multiplied
+    /// The occluders' grids as cones clipped by the receiver's plane, multiplied
     Cone,
-    /// The same cones united, one after the other in the scene's order
+    /// The same cones merged, one after the other in the scene's order
     Merge,
-    /// Cones multiplied, and light from the environment without what comes from their side
+    /// Cones multiplied, and light from the environment except from their directions
     Environment,
-    /// The same with the cones united
+    /// The same with the cones merged
     EnvironmentMerge,
 }
 
-/// Where grids are looked up.
+/// The device that looks up the grids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum BackendArg {
     Cpu,
     Gpu,
 }
 
-/// What is written.
+/// The kind of output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum OutputKind {
     Png,
@@ -84,7 +92,7 @@ pub(crate) enum OutputKind {
 }
 
 impl Mode {
-    /// The name in channels and columns.
+    /// Returns the mode's name in channels and columns.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Truth => "truth",
@@ -98,7 +106,7 @@ impl Mode {
 }
 
 impl Args {
-    /// By the output's ending.
+    /// Returns the kind of output by its extension; an error if an option does not fit it.
     pub(crate) fn kind(&self) -> anyhow::Result<OutputKind> {
         let shown = self.out.display();
         let ending = self.out.extension().unwrap_or_default();
@@ -118,7 +126,7 @@ impl Args {
         if self.backend == BackendArg::Gpu {
             ensure!(
                 kind != OutputKind::Csv,
-                "{shown}: a GPU shades pictures: leave out --backend gpu for a list"
+                "{shown}: a GPU shades pictures only: leave out --backend gpu for a list"
             );
             ensure!(
                 self.mode.iter().any(|&mode| mode != Mode::Truth),
@@ -133,7 +141,7 @@ impl Args {
         Ok(kind)
     }
 
-    /// The GPU that is asked for, if one is.
+    /// Returns the requested GPU, if one is requested.
     pub(crate) fn gpu(&self) -> Result<Option<Choice>, clap::Error> {
         match (self.backend, &self.adapter) {
             (BackendArg::Cpu, None) => Ok(None),
@@ -146,7 +154,7 @@ impl Args {
         }
     }
 
-    /// The scene's options where the command line says nothing.
+    /// Overrides the scene's options with those of the command line.
     pub(crate) fn apply_to(&self, options: &mut TruthOptions) {
         options.samples = self.samples.unwrap_or(options.samples);
         options.seed = self.seed.unwrap_or(options.seed);

@@ -1,4 +1,4 @@
-//! What the modes that look grids up have in common: the casting instances and their grids.
+//! The casting instances and their grids, for all modes that look up grids.
 
 use std::sync::Arc;
 
@@ -7,38 +7,38 @@ use aogrid_grid_format::{Encoding, Grid};
 use aogrid_runtime::AogridOccluder;
 use glam::DMat4;
 
-use super::environment::Surroundings;
+use super::environment::EnvironmentLight;
 use super::{Job, Shaded};
 use crate::scene::Instance;
 
-/// What is made of a cone.
+/// The use of a grid's cone in shading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Model {
-    /// Its solid angle alone.
+pub(super) enum GridShading {
+    /// Uses the solid angle alone.
     Occlusion,
-    /// It is clipped by the receiver's tangent plane.
+    /// Clips the cone by the receiver's tangent plane, and multiplies.
     Cone,
-    /// It is clipped, and united with those before it.
+    /// Clips the cone, and merges it with those before it.
     Merge,
 }
 
-/// A casting instance, ready to be looked up.
+/// A casting instance with its grid, ready for look-ups.
 pub(super) struct Caster<'a> {
     pub instance: &'a Instance,
     pub grid: Arc<Grid>,
-    /// As the CPU reads it.
+    /// The occluder in the form that the runtime's CPU twin reads.
     pub occluder: AogridOccluder,
 }
 
 impl Caster<'_> {
-    /// Whether it shades a receiver with this id and these layers.
+    /// Whether the instance shades a receiver with this id and these layers.
     pub(super) fn casts_on(&self, id: u32, layers: u32) -> bool {
         self.instance.casts_on & layers != 0 && !self.instance.excludes.contains(&id)
     }
 }
 
-/// All casters, in the scene's order; bakes their grids.
-pub(super) fn casters<'a>(job: &Job<'a>, model: Model) -> anyhow::Result<Vec<Caster<'a>>> {
+/// Returns all casters in the scene's order; bakes or reads their grids.
+pub(super) fn casters<'a>(job: &Job<'a>, shading: GridShading) -> anyhow::Result<Vec<Caster<'a>>> {
     let scene = job.scene;
     let bar = job.console.progress("grids");
     let mut grids = job.grids.borrow_mut();
@@ -53,27 +53,28 @@ pub(super) fn casters<'a>(job: &Job<'a>, model: Model) -> anyhow::Result<Vec<Cas
             .clone()
             .context("no grid was made")?;
         ensure!(
-            model == Model::Occlusion || grid.encoding() == Encoding::Cone,
+            shading == GridShading::Occlusion || grid.encoding() == Encoding::Cone,
             "its grid has no cones: bake it with --encoding cone, or use --mode occlusion"
         );
-        let occluder = AogridOccluder::new(grid.spec(), grid.format(), &as_instance(instance))?;
+        let occluder =
+            AogridOccluder::new(grid.spec(), grid.format(), &runtime_instance(instance))?;
         Ok(Caster {
             instance,
             grid,
             occluder,
         })
     };
-    let named = |instance| caster(instance).with_context(|| place(job, instance));
+    let named = |instance| caster(instance).with_context(|| describe(job, instance));
     scene.casters().map(named).collect()
 }
 
-/// Where an instance is, in words.
-pub(super) fn place(job: &Job<'_>, instance: &Instance) -> String {
+/// Returns an instance's scene and name for messages.
+pub(super) fn describe(job: &Job<'_>, instance: &Instance) -> String {
     format!("{}: `{}`", job.scene.path.display(), instance.name)
 }
 
-/// The layers of the instance with an id; all where nothing is known of the receiver.
-pub(super) fn layers<'a>(job: &Job<'a>) -> impl Fn(u32) -> u32 + use<'a> {
+/// Returns a function from a receiver's id to its layers; all layers if the id is unknown.
+pub(super) fn receiver_layers<'a>(job: &Job<'a>) -> impl Fn(u32) -> u32 + use<'a> {
     let instances = &job.scene.instances;
     move |id| {
         let instance = instances.iter().find(|instance| instance.id == id);
@@ -81,9 +82,9 @@ pub(super) fn layers<'a>(job: &Job<'a>) -> impl Fn(u32) -> u32 + use<'a> {
     }
 }
 
-/// As the runtime has it, but for the receivers that it leaves out: a scene may name more of them
-/// than a uniform has room for.
-pub(super) fn as_instance(instance: &Instance) -> aogrid_runtime::Instance {
+/// Converts an instance to the runtime's type, without the excluded receivers, of which a scene may
+/// name more than fit into a uniform.
+pub(super) fn runtime_instance(instance: &Instance) -> aogrid_runtime::Instance {
     let world_from_object = DMat4::from(instance.world_from_object).as_mat4();
     aogrid_runtime::Instance {
         strength: instance.strength,
@@ -93,14 +94,14 @@ pub(super) fn as_instance(instance: &Instance) -> aogrid_runtime::Instance {
     }
 }
 
-/// A mode's result from its AO alone: in a scene without an area light, which has shadows of its
-/// own, the light is all that there would be without occluders, times 1 − AO.
-pub(super) fn shaded(job: &Job<'_>, occlusion: Vec<f32>) -> anyhow::Result<Shaded> {
+/// Returns a mode's result from its AO alone: the light is that of the scene without occluders
+/// times 1 − AO. A scene with an area light, which casts shadows of its own, gets no light.
+pub(super) fn with_light(job: &Job<'_>, occlusion: Vec<f32>) -> anyhow::Result<Shaded> {
     let scene = job.scene;
     let light = match scene.is_lit() && scene.area_light.is_none() {
         true => {
-            let open = Surroundings::new(job)?.open();
-            let pairs = open.iter().zip(&occlusion);
+            let unoccluded = EnvironmentLight::new(job)?.unoccluded();
+            let pairs = unoccluded.iter().zip(&occlusion);
             Some(pairs.map(|(c, ao)| c.map(|v| v * (1.0 - ao))).collect())
         }
         false => None,

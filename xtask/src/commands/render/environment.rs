@@ -1,5 +1,5 @@
-//! Modes `environment` and `environment-merge` on the CPU: light from all around, less what the
-//! grids' cones hide of it, multiplied or united, by the runtime's twin (RR-5779, 5.2 and 5.3).
+//! Modes `environment` and `environment-merge` on the CPU: light from the environment less what the
+//! grids' cones occlude, multiplied or merged, by the runtime's CPU twin (RR-5779, 5.2 and 5.3).
 
 use std::collections::HashMap;
 use std::ops::ControlFlow;
@@ -16,28 +16,28 @@ use aogrid_runtime::shading::{
 use aogrid_runtime::{AogridEnvironment, EnvironmentMap, LinearTexture};
 use rayon::prelude::*;
 
-use super::casters::{Caster, Model, casters, layers};
+use super::casters::{Caster, GridShading, casters, receiver_layers};
 use super::{Job, Shaded, glossy};
 
-/// Receivers between two looks at the stop button.
+/// Number of receivers between two checks for an interrupt.
 const CHUNK: usize = 4096;
 
-/// Nothing hidden.
-const OPEN: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
+/// Accumulated occlusion of a receiver that sees no occluder.
+const UNOCCLUDED: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
-/// What lights a scene from all around, and how its receivers reflect it.
-pub(super) struct Surroundings<'a> {
+/// The light from a scene's environment, and its receivers' reflection.
+pub(super) struct EnvironmentLight<'a> {
     receivers: &'a [Receiver],
-    /// Its radiance, ambient light included.
+    /// Radiance of the environment plus ambient light.
     pub map: EnvironmentMap,
-    /// How the scene stands in it.
-    pub place: AogridEnvironment,
-    /// Of each receiver, if it is glossy: the mirrored direction and the fraction of its lobe.
+    /// Orientation of the map relative to the scene.
+    pub environment: AogridEnvironment,
+    /// Mirrored direction and lobe fraction of each receiver; `None` if it is diffuse.
     lobes: Vec<Option<([f32; 3], f32)>>,
 }
 
-impl<'a> Surroundings<'a> {
-    /// The environment, if there is one, and ambient light.
+impl<'a> EnvironmentLight<'a> {
+    /// Prepares the environment, if there is one, plus ambient light.
     pub(super) fn new(job: &Job<'a>) -> anyhow::Result<Self> {
         let ambient = job.scene.ambient;
         let (map, rows) = match &job.environment {
@@ -57,49 +57,55 @@ impl<'a> Surroundings<'a> {
         Ok(Self {
             receivers: &job.target.receivers,
             map: map.with_context(|| format!("{}: environment", job.scene.path.display()))?,
-            place: AogridEnvironment::from_rotation(rows.map(|row| row.map(|x| x as f32))),
+            environment: AogridEnvironment::from_rotation(rows.map(|row| row.map(|x| x as f32))),
             lobes,
         })
     }
 
-    /// What each receiver would reflect if it were white and nothing hidden.
-    pub(super) fn open(&self) -> Vec<[f32; 3]> {
+    /// Returns the radiance that each receiver would reflect if it were white and unoccluded.
+    pub(super) fn unoccluded(&self) -> Vec<[f32; 3]> {
         let all = 0..self.lobes.len();
         all.into_par_iter()
-            .map(|idx| self.light(idx, OPEN))
+            .map(|idx| self.light(idx, UNOCCLUDED))
             .collect()
     }
 
-    /// What receiver `idx` reflects if it is white, and so much is hidden from it.
-    fn light(&self, idx: usize, hidden: [f32; 4]) -> [f32; 3] {
+    /// Returns the radiance that receiver `idx` reflects if it is white, given its accumulated
+    /// occlusion.
+    fn light(&self, idx: usize, occlusion: [f32; 4]) -> [f32; 3] {
         let n = self.receivers[idx].normal.map(|x| x as f32);
         match self.lobes[idx] {
-            None => aogrid_lambertian(&self.place, &self.map, hidden, n),
-            Some((mirrored, fraction)) => {
-                aogrid_glossy(&self.place, &self.map, hidden, n, mirrored, fraction)
-            }
+            None => aogrid_lambertian(&self.environment, &self.map, occlusion, n),
+            Some((mirrored, fraction)) => aogrid_glossy(
+                &self.environment,
+                &self.map,
+                occlusion,
+                n,
+                mirrored,
+                fraction,
+            ),
         }
     }
 }
 
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-pub(super) fn shade(job: &Job<'_>, model: Model) -> anyhow::Result<Shaded> {
+pub(super) fn shade(job: &Job<'_>, shading: GridShading) -> anyhow::Result<Shaded> {
     check(job)?;
-    let surroundings = Surroundings::new(job)?;
-    let casters = casters(job, model)?;
-    let hidden = hidden(job, &casters, model)?;
-    let pairs = hidden.par_iter().enumerate();
-    let light = pairs.map(|(idx, &hidden)| surroundings.light(idx, hidden));
+    let environment_light = EnvironmentLight::new(job)?;
+    let casters = casters(job, shading)?;
+    let occlusion = occlusion(job, &casters, shading)?;
+    let pairs = occlusion.par_iter().enumerate();
+    let light = pairs.map(|(idx, &occlusion)| environment_light.light(idx, occlusion));
     Ok(Shaded {
-        occlusion: hidden.iter().map(|[.., t]| 1.0 - t).collect(),
+        occlusion: occlusion.iter().map(|[.., t]| 1.0 - t).collect(),
         occlusion_error: None,
         light: Some(light.collect()),
         light_error: None,
     })
 }
 
-/// Refuses a scene whose light is not all from around.
+/// Checks that the scene is lit by an environment or ambient light, and by nothing else.
 pub(super) fn check(job: &Job<'_>) -> anyhow::Result<()> {
     let (scene, shown) = (job.scene, job.scene.path.display());
     ensure!(
@@ -113,10 +119,16 @@ pub(super) fn check(job: &Job<'_>) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What the casters add up to at each receiver: the sum of all (AO/2) d′, and what is left, 1 − AO.
-fn hidden(job: &Job<'_>, casters: &[Caster<'_>], model: Model) -> anyhow::Result<Vec<[f32; 4]>> {
+/// Accumulates the casters at each receiver: the sum of all (AO/2) d′, and the transmittance
+/// 1 − AO.
+fn occlusion(
+    job: &Job<'_>,
+    casters: &[Caster<'_>],
+    shading: GridShading,
+) -> anyhow::Result<Vec<[f32; 4]>> {
     let clip = LinearTexture::clip_table();
     let overlaps = LinearTexture::intersection_table();
+    // Instances that share a grid share its texture.
     let mut textures = HashMap::new();
     for Caster { grid, .. } in casters {
         let texture = || LinearTexture::of_grid(grid);
@@ -126,35 +138,35 @@ fn hidden(job: &Job<'_>, casters: &[Caster<'_>], model: Model) -> anyhow::Result
         .iter()
         .map(|c| &textures[&Arc::as_ptr(&c.grid)])
         .collect();
-    let layers = layers(job);
+    let layers = receiver_layers(job);
     let target = job.target;
-    let one = |idx: usize| {
+    let accumulate = |idx: usize| {
         let (receiver, id) = (&target.receivers[idx], target.ids[idx]);
         let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
-        let mut hidden = OPEN;
+        let mut occlusion = UNOCCLUDED;
         for (caster, texture) in casters.iter().zip(&textures) {
             let p_grid = aogrid_grid_position(&caster.occluder, p);
             if caster.casts_on(id, layers(id)) && aogrid_is_inside(p_grid) {
-                let one = aogrid_cone_with_axis_at(&caster.occluder, texture, &clip, p_grid, n);
-                hidden = match model {
-                    Model::Merge => aogrid_merge(hidden, one, &overlaps),
-                    Model::Occlusion | Model::Cone => aogrid_multiply(hidden, one),
+                let cone = aogrid_cone_with_axis_at(&caster.occluder, texture, &clip, p_grid, n);
+                occlusion = match shading {
+                    GridShading::Merge => aogrid_merge(occlusion, cone, &overlaps),
+                    GridShading::Occlusion | GridShading::Cone => aogrid_multiply(occlusion, cone),
                 };
             }
         }
-        hidden
+        occlusion
     };
     let bar = job.console.progress("look-ups");
     let total = target.receivers.len();
     let done = AtomicUsize::new(0);
-    let places: Vec<_> = (0..total).collect();
-    let chunk = |places: &[usize]| {
-        let done = done.fetch_add(places.len(), Ordering::Relaxed) + places.len();
+    let indices: Vec<_> = (0..total).collect();
+    let chunk = |indices: &[usize]| {
+        let done = done.fetch_add(indices.len(), Ordering::Relaxed) + indices.len();
         match bar.observe(Progress { done, total }) {
             ControlFlow::Break(()) => bail!("interrupted"),
-            ControlFlow::Continue(()) => Ok(places.iter().map(|&idx| one(idx)).collect()),
+            ControlFlow::Continue(()) => Ok(indices.iter().map(|&idx| accumulate(idx)).collect()),
         }
     };
-    let chunks: anyhow::Result<Vec<Vec<_>>> = places.par_chunks(CHUNK).map(chunk).collect();
+    let chunks: anyhow::Result<Vec<Vec<_>>> = indices.par_chunks(CHUNK).map(chunk).collect();
     Ok(chunks?.concat())
 }

@@ -1,4 +1,4 @@
-//! What the scene's glossy surfaces mirror.
+//! Lobes of the scene's glossy surfaces.
 
 use anyhow::{Context, bail};
 use aogrid_baker_cpu::truth::{Lobe, Receiver};
@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::Job;
 
-/// The receivers that are glossy, by their index, and the lobe that the scene's camera sees there.
+/// Returns the index of each glossy receiver and the lobe that the camera sees there.
 pub(super) fn lobes(job: &Job<'_>) -> anyhow::Result<Vec<(usize, Lobe)>> {
     let pairs = job.target.receivers.iter().zip(&job.target.ids).enumerate();
     let glossy = pairs.filter_map(|(idx, (receiver, &id))| {
@@ -16,6 +16,7 @@ pub(super) fn lobes(job: &Job<'_>) -> anyhow::Result<Vec<(usize, Lobe)>> {
     glossy.collect()
 }
 
+/// Returns the half-angle of the lobe of an instance's material, if it is glossy.
 fn gloss(job: &Job<'_>, id: u32) -> Option<f64> {
     let instance = job.scene.instances.iter().find(|i| i.id == id)?;
     job.scene.materials[instance.material].gloss

@@ -1,4 +1,4 @@
-//! `render`: a scene's picture, or its receivers, shaded in one or more ways.
+//! `render`: a scene's picture or its receivers, shaded in one or more modes.
 
 mod args;
 mod casters;
@@ -18,7 +18,7 @@ use aogrid_baker_gpu::Context;
 
 pub(crate) use args::Args;
 use args::{Mode, OutputKind};
-use casters::Model;
+use casters::GridShading;
 use target::{Shaded, Target};
 
 use crate::commands::bake::use_threads;
@@ -26,16 +26,16 @@ use crate::console::Console;
 use crate::scene::{self, EnvironmentSource, GBuffer, Grids, LoadOptions, Scene};
 use crate::{interrupt, output as files};
 
-/// What every mode gets: add a file with a function of this to add a mode.
+/// The input of every mode; a new mode is a file with a function that takes a job.
 pub(crate) struct Job<'a> {
     pub scene: &'a Scene,
     /// The points to shade.
     pub target: &'a Target,
-    /// The scene's, if it has one.
+    /// The scene's environment, if it has one.
     pub environment: Option<Environment>,
-    /// The grids that some mode has asked for.
+    /// The grids that some mode has asked for, shared by the modes.
     pub grids: RefCell<Grids>,
-    /// Where grids are looked up; on the CPU if there is none.
+    /// The GPU that looks up grids; `None` for the CPU.
     pub gpu: Option<Context>,
     pub console: &'a Console,
 }
@@ -48,7 +48,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         files::check(dump)?;
         ensure!(
             *dump != args.out,
-            "{}: the picture goes there",
+            "{}: the picture goes there; name another file for the G-buffer",
             dump.display()
         );
     }
@@ -92,25 +92,25 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
 fn shade(mode: Mode, job: &Job<'_>) -> anyhow::Result<Shaded> {
     match mode {
         Mode::Truth => truth::shade(job),
-        Mode::Occlusion => by_grids(job, Model::Occlusion),
-        Mode::Cone => by_grids(job, Model::Cone),
-        Mode::Merge => by_grids(job, Model::Merge),
-        Mode::Environment => by_grids_and_map(job, Model::Cone),
-        Mode::EnvironmentMerge => by_grids_and_map(job, Model::Merge),
+        Mode::Occlusion => shade_by_grids(job, GridShading::Occlusion),
+        Mode::Cone => shade_by_grids(job, GridShading::Cone),
+        Mode::Merge => shade_by_grids(job, GridShading::Merge),
+        Mode::Environment => shade_by_grids_and_map(job, GridShading::Cone),
+        Mode::EnvironmentMerge => shade_by_grids_and_map(job, GridShading::Merge),
     }
 }
 
-fn by_grids(job: &Job<'_>, model: Model) -> anyhow::Result<Shaded> {
+fn shade_by_grids(job: &Job<'_>, shading: GridShading) -> anyhow::Result<Shaded> {
     match &job.gpu {
-        Some(gpu) => raster::shade(job, gpu, model),
-        None => twin::shade(job, model),
+        Some(gpu) => raster::shade(job, gpu, shading),
+        None => twin::shade(job, shading),
     }
 }
 
-fn by_grids_and_map(job: &Job<'_>, model: Model) -> anyhow::Result<Shaded> {
+fn shade_by_grids_and_map(job: &Job<'_>, shading: GridShading) -> anyhow::Result<Shaded> {
     match &job.gpu {
-        Some(gpu) => raster::environment::shade(job, gpu, model),
-        None => environment::shade(job, model),
+        Some(gpu) => raster::environment::shade(job, gpu, shading),
+        None => environment::shade(job, shading),
     }
 }
 
@@ -120,7 +120,7 @@ fn load_environment(source: &EnvironmentSource, console: &Console) -> anyhow::Re
     Ok(environment)
 }
 
-/// The points that the output is about; writes the G-buffer where it is asked for.
+/// Returns the points to shade; writes the G-buffer if it is asked for.
 fn target(
     args: &Args,
     kind: OutputKind,
@@ -130,7 +130,7 @@ fn target(
     if let OutputKind::Csv = kind {
         let Some(list) = &scene.receivers else {
             bail!(
-                "{}: receivers: a CSV file lists them: add [receivers], or name a picture",
+                "{}: receivers: a CSV file needs a list: add [receivers], or name a picture",
                 args.scene.display()
             );
         };

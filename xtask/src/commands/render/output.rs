@@ -1,4 +1,4 @@
-//! Pictures and tables of what was shaded.
+//! Pictures and tables of shading results.
 
 use std::io::Cursor;
 
@@ -9,11 +9,11 @@ use super::args::Mode;
 use super::{Job, Shaded};
 use crate::scene::{self, GBuffer, ReceiverList};
 
-/// Between modes that stand side by side, in pixels.
+/// Gap between modes side by side, in pixels.
 const GAP: u32 = 4;
-const GAP_COLOUR: [u8; 3] = [24, 24, 28];
+const GAP_COLOR: [u8; 3] = [24, 24, 28];
 
-/// The modes side by side.
+/// Returns a PNG with the modes side by side.
 pub(super) fn png(
     job: &Job<'_>,
     (gbuffer, pixels): &(GBuffer, Vec<usize>),
@@ -21,24 +21,24 @@ pub(super) fn png(
 ) -> anyhow::Result<Vec<u8>> {
     let [width, height] = gbuffer.size;
     let modes = shaded.len() as u32;
-    let mut image = RgbImage::from_pixel(modes * (width + GAP) - GAP, height, Rgb(GAP_COLOUR));
+    let mut image = RgbImage::from_pixel(modes * (width + GAP) - GAP, height, Rgb(GAP_COLOR));
     let exposure = job.scene.exposure;
     for (mode, (_, shaded)) in (0..).zip(shaded) {
-        let mut put = |pixel: usize, colour| {
+        let mut put = |pixel: usize, color| {
             let (x, y) = (pixel as u32 % width, pixel as u32 / width);
-            image.put_pixel(mode * (width + GAP) + x, y, Rgb(colour));
+            image.put_pixel(mode * (width + GAP) + x, y, Rgb(color));
         };
         match shaded.light.as_ref().filter(|_| job.scene.shows_light) {
             None => {
-                // Nothing hides the sky where nothing is.
+                // Pixels without a surface are unoccluded.
                 (0..gbuffer.ids.len()).for_each(|pixel| put(pixel, [255; 3]));
                 for (&pixel, &ao) in pixels.iter().zip(&shaded.occlusion) {
                     put(pixel, [byte(1.0 - ao); 3]);
                 }
             }
             Some(light) => {
-                for (pixel, colour) in sky(job, gbuffer).into_iter().enumerate() {
-                    put(pixel, display(colour, exposure));
+                for (pixel, color) in sky(job, gbuffer).into_iter().enumerate() {
+                    put(pixel, display(color, exposure));
                 }
                 for (idx, &pixel) in pixels.iter().enumerate() {
                     put(pixel, display(reflected(job, idx, light[idx]), exposure));
@@ -53,8 +53,8 @@ pub(super) fn png(
     Ok(png.into_inner())
 }
 
-/// Channels of every mode: `AO`, `AO.stderr`, and of a lit scene `R`, `G`, `B` and their errors;
-/// of several modes each after the mode's name and a point.
+/// Returns an EXR file with the channels of every mode: `AO`, `AO.stderr`, and in a lit scene `R`,
+/// `G`, `B` and their errors. With several modes, names are prefixed with the mode and a point.
 pub(super) fn exr(
     job: &Job<'_>,
     (gbuffer, pixels): &(GBuffer, Vec<usize>),
@@ -70,12 +70,12 @@ pub(super) fn exr(
         for Column {
             name,
             values,
-            colour,
+            color,
         } in columns(job, shaded)
         {
-            let mut all: Vec<f32> = match colour {
+            let mut all: Vec<f32> = match color {
                 None => vec![0.0; gbuffer.ids.len()],
-                Some(c) => sky.iter().map(|colour| colour[c]).collect(),
+                Some(c) => sky.iter().map(|color| color[c]).collect(),
             };
             for (&pixel, value) in pixels.iter().zip(values) {
                 all[pixel] = value;
@@ -90,8 +90,8 @@ pub(super) fn exr(
     scene::exr(gbuffer.size, channels)
 }
 
-/// The list's own columns and, of every mode, AO under the mode's name, and what else there is
-/// under that name, a point, and its own; after `rendered.` where the list has that name.
+/// Returns a CSV table with the list's own columns and, for every mode, AO as `MODE` and its other
+/// quantities as `MODE.NAME`; prefixed with `rendered.` if the list has a column of that name.
 pub(super) fn csv(
     job: &Job<'_>,
     list: &ReceiverList,
@@ -108,7 +108,7 @@ pub(super) fn csv(
             };
             // The list may bring values of the same name to compare with.
             if list.columns.contains(&title) {
-                title.insert_str(0, TAKEN);
+                title.insert_str(0, TAKEN_PREFIX);
             }
             header.push(title);
             added.push(values);
@@ -123,22 +123,22 @@ pub(super) fn csv(
     writer.into_inner().context("cannot write the table")
 }
 
-/// What stands before a column's name that the list has already.
-const TAKEN: &str = "rendered.";
+/// Prefix of a column's name that the list has already.
+const TAKEN_PREFIX: &str = "rendered.";
 
-/// Values for every receiver.
+/// A quantity with a value for every receiver.
 struct Column {
     name: String,
     values: Vec<f32>,
-    /// Which colour of the sky stands where there is no receiver; none: 0 does.
-    colour: Option<usize>,
+    /// The sky's color channel for pixels without a receiver; `None` for 0.
+    color: Option<usize>,
 }
 
 fn columns(job: &Job<'_>, shaded: &Shaded) -> Vec<Column> {
-    let column = |name: &str, values: Vec<f32>, colour| Column {
+    let column = |name: &str, values: Vec<f32>, color| Column {
         name: name.to_owned(),
         values,
-        colour,
+        color,
     };
     let mut columns = vec![column("AO", shaded.occlusion.clone(), None)];
     if let Some(errors) = &shaded.occlusion_error {
@@ -159,7 +159,8 @@ fn columns(job: &Job<'_>, shaded: &Shaded) -> Vec<Column> {
     columns
 }
 
-/// The radiance from receiver `idx`, whose material is that of its instance, if that is known.
+/// Returns the radiance from receiver `idx`: light times the albedo of its instance's material, if
+/// the instance is known.
 fn reflected(job: &Job<'_>, idx: usize, light: [f32; 3]) -> [f32; 3] {
     let id = job.target.ids[idx];
     let instance = job.scene.instances.iter().find(|i| i.id == id);
@@ -167,7 +168,7 @@ fn reflected(job: &Job<'_>, idx: usize, light: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|c| light[c] * albedo[c])
 }
 
-/// What each pixel would see if there were no objects.
+/// Returns the radiance that each pixel would see without objects.
 fn sky(job: &Job<'_>, gbuffer: &GBuffer) -> Vec<[f32; 3]> {
     let [width, height] = gbuffer.size;
     let pixels = (0..width * height).map(|pixel| [pixel % width, pixel / width]);
@@ -182,7 +183,7 @@ fn sky(job: &Job<'_>, gbuffer: &GBuffer) -> Vec<[f32; 3]> {
     pixels.map(radiance).collect()
 }
 
-/// Radiance as sRGB: what is brighter than 1 after exposure is white.
+/// Converts radiance to sRGB; channels above 1 after exposure are clipped.
 fn display(radiance: [f32; 3], exposure: f32) -> [u8; 3] {
     radiance.map(|v| {
         let v = (v * exposure).clamp(0.0, 1.0);

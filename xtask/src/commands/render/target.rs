@@ -1,28 +1,28 @@
-//! What is shaded, and what comes out of shading.
+//! The points to shade, and the result of shading.
 
 use aogrid_baker_cpu::truth::Receiver;
 
 use crate::scene::{GBuffer, ReceiverList};
 
-/// Points to shade: those of a list, or what a picture's pixels see.
+/// The points to shade: those of a list, or those that a picture's pixels see.
 pub(crate) struct Target {
-    /// Where rays may start.
+    /// The points with normals, lifted off their surfaces so that rays may start there.
     pub receivers: Vec<Receiver>,
-    /// The instance that each lies on; 0 if none is known.
+    /// Id of the instance that each point lies on; 0 if unknown.
     pub ids: Vec<u32>,
-    /// For a picture: what the camera sees, and the pixel of each receiver.
+    /// The G-buffer of a picture and the pixel of each receiver; `None` for a list.
     pub picture: Option<(GBuffer, Vec<usize>)>,
 }
 
-/// What a mode makes of a target: an entry a receiver.
+/// The result of a mode, with an entry for each receiver.
 pub(crate) struct Shaded {
-    /// AO: 0 open, 1 hidden.
+    /// AO: 0 open, 1 fully occluded.
     pub occlusion: Vec<f32>,
-    /// Standard errors of it, where the mode has them.
+    /// Standard errors of AO, if the mode estimates them.
     pub occlusion_error: Option<Vec<f32>>,
-    /// What a white surface reflects, where the scene is lit.
+    /// Radiance that a white surface reflects, if the scene is lit.
     pub light: Option<Vec<[f32; 3]>>,
-    /// Standard errors of it, where the mode has them.
+    /// Standard errors of the light, if the mode estimates them.
     pub light_error: Option<Vec<[f32; 3]>>,
 }
 

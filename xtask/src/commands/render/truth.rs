@@ -1,4 +1,4 @@
-//! Mode `truth`: rays through all that casts.
+//! Mode `truth`: path-traced reference with rays through all occluders.
 
 use anyhow::Context;
 use aogrid_baker_cpu::Occluder;
@@ -25,8 +25,9 @@ pub(super) fn shade(job: &Job<'_>) -> anyhow::Result<Shaded> {
     )
     .with_context(|| scene.path.display().to_string())?;
     let mut shades = shades;
+    // Glossy receivers reflect a lobe instead of the hemisphere; AO stays as it is.
     if scene.is_lit() {
-        let (places, lobes): (Vec<_>, Vec<_>) = glossy::lobes(job)?.into_iter().unzip();
+        let (indices, lobes): (Vec<_>, Vec<_>) = glossy::lobes(job)?.into_iter().unzip();
         let bar = job.console.progress("truth, glossy");
         let reflected = truth::reflect(
             occluder.as_ref(),
@@ -36,7 +37,7 @@ pub(super) fn shade(job: &Job<'_>) -> anyhow::Result<Shaded> {
             &|progress| bar.observe(progress),
         )
         .with_context(|| scene.path.display().to_string())?;
-        for (idx, glossy) in places.into_iter().zip(reflected) {
+        for (idx, glossy) in indices.into_iter().zip(reflected) {
             shades[idx].light = glossy.light;
         }
     }

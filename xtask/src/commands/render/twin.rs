@@ -1,5 +1,5 @@
-//! Modes `occlusion`, `cone` and `merge` on the CPU: the scene's grids, looked up by the runtime's
-//! twin and multiplied or merged (RR-5779, sections 4, 5.1 and 5.2.2).
+//! Modes `occlusion`, `cone` and `merge` on the CPU: look-ups of the scene's grids by the runtime's
+//! CPU twin, multiplied or merged (RR-5779, sections 4, 5.1 and 5.2.2).
 
 use std::collections::HashMap;
 use std::ops::ControlFlow;
@@ -16,10 +16,10 @@ use aogrid_runtime::shading::{
 };
 use rayon::prelude::*;
 
-use super::casters::{self, Caster, Model, casters, layers};
+use super::casters::{self, Caster, GridShading, casters, receiver_layers};
 use super::{Job, Shaded};
 
-/// Receivers between two looks at the stop button.
+/// Number of receivers between two checks for an interrupt.
 const CHUNK: usize = 4096;
 
 /// A caster and its grid's texture.
@@ -28,15 +28,15 @@ struct Textured<'a> {
     texture: Arc<LinearTexture>,
 }
 
-/// What look-ups are clipped and merged by.
+/// The tables for clipping and merging cones.
 struct Tables {
     transmittance: LinearTexture,
     clip: LinearTexture,
     overlaps: LinearTexture,
 }
 
-pub(super) fn shade(job: &Job<'_>, model: Model) -> anyhow::Result<Shaded> {
-    let casters = casters(job, model)?;
+pub(super) fn shade(job: &Job<'_>, shading: GridShading) -> anyhow::Result<Shaded> {
+    let casters = casters(job, shading)?;
     let mut textures = HashMap::new();
     let textured = casters.iter().map(|caster| Textured {
         caster,
@@ -46,19 +46,23 @@ pub(super) fn shade(job: &Job<'_>, model: Model) -> anyhow::Result<Shaded> {
             .clone(),
     });
     let casters: Vec<_> = textured.collect();
-    let occlusion = occlusions(job, &casters, model)?;
-    casters::shaded(job, occlusion)
+    let occlusion = occlusions(job, &casters, shading)?;
+    casters::with_light(job, occlusion)
 }
 
-/// What all casters hide, for each receiver.
-fn occlusions(job: &Job<'_>, casters: &[Textured<'_>], model: Model) -> anyhow::Result<Vec<f32>> {
+/// Returns the AO of all casters for each receiver.
+fn occlusions(
+    job: &Job<'_>,
+    casters: &[Textured<'_>],
+    shading: GridShading,
+) -> anyhow::Result<Vec<f32>> {
     let tables = Tables {
         transmittance: LinearTexture::transmittance_table(),
         clip: LinearTexture::clip_table(),
         overlaps: LinearTexture::intersection_table(),
     };
     let target = job.target;
-    let layers = layers(job);
+    let layers = receiver_layers(job);
     let bar = job.console.progress("look-ups");
     let total = target.receivers.len();
     let done = AtomicUsize::new(0);
@@ -72,26 +76,27 @@ fn occlusions(job: &Job<'_>, casters: &[Textured<'_>], model: Model) -> anyhow::
             bail!("interrupted");
         }
         let pairs = receivers.iter().zip(ids);
-        let one = |(receiver, &id): (&Receiver, &u32)| {
+        let shade_one = |(receiver, &id): (&Receiver, &u32)| {
             let casting = casters.iter().filter(|c| c.caster.casts_on(id, layers(id)));
-            if model == Model::Merge {
-                let open = [0.0, 0.0, 0.0, 1.0];
-                let [.., t] = casting.fold(open, |before, c| c.merge(before, receiver, &tables));
+            if shading == GridShading::Merge {
+                let unoccluded = [0.0, 0.0, 0.0, 1.0];
+                let [.., t] =
+                    casting.fold(unoccluded, |before, c| c.merge(before, receiver, &tables));
                 return 1.0 - t;
             }
             let product: f32 = casting
-                .map(|caster| caster.transmittance(receiver, id, model, &tables))
+                .map(|caster| caster.transmittance(receiver, id, shading, &tables))
                 .product();
             1.0 - product
         };
-        Ok(pairs.map(one).collect::<Vec<f32>>())
+        Ok(pairs.map(shade_one).collect::<Vec<f32>>())
     };
     let shaded: anyhow::Result<Vec<Vec<f32>>> = chunks.map(shade).collect();
     Ok(shaded?.concat())
 }
 
 impl Textured<'_> {
-    /// `before`, and this caster.
+    /// Returns the accumulated occlusion `before` merged with this caster.
     fn merge(&self, before: [f32; 4], receiver: &Receiver, tables: &Tables) -> [f32; 4] {
         let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
         let Tables { clip, overlaps, .. } = tables;
@@ -99,18 +104,25 @@ impl Textured<'_> {
         aogrid_merge_cone(before, occluder, &self.texture, clip, overlaps, p, n)
     }
 
-    fn transmittance(&self, receiver: &Receiver, id: u32, model: Model, tables: &Tables) -> f32 {
+    /// Returns the share of light that this caster leaves to a receiver.
+    fn transmittance(
+        &self,
+        receiver: &Receiver,
+        id: u32,
+        shading: GridShading,
+        tables: &Tables,
+    ) -> f32 {
         let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
         let on_itself = id == self.caster.instance.id;
         let Caster { occluder, grid, .. } = self.caster;
-        match (model, grid.encoding()) {
-            (Model::Cone | Model::Merge, _) => {
+        match (shading, grid.encoding()) {
+            (GridShading::Cone | GridShading::Merge, _) => {
                 aogrid_cone(occluder, &self.texture, &tables.transmittance, p, n)
             }
-            (Model::Occlusion, Encoding::Occlusion) => {
+            (GridShading::Occlusion, Encoding::Occlusion) => {
                 aogrid_occlusion(occluder, &self.texture, p, on_itself)
             }
-            (Model::Occlusion, Encoding::Cone) => {
+            (GridShading::Occlusion, Encoding::Cone) => {
                 aogrid_occlusion_of_cone(occluder, &self.texture, p, on_itself)
             }
         }

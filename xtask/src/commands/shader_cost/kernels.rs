@@ -1,11 +1,11 @@
-//! What is measured: compute shaders that shade one pixel with one occluder, or with several.
+//! The measured kernels: compute shaders that shade a pixel with one occluder or several.
 
 use aogrid_runtime::wgsl::{ENVIRONMENT, SHADING, tiled_pass};
 
 const NAIVE: &str = include_str!("naive.wgsl");
 
-/// What all kernels bind. Each pass has a row of the G-buffer to itself, as nothing that is read
-/// for one may serve another, and an occluder.
+/// The bindings of all kernels. Each pass reads its own row of the G-buffer and its own occluder,
+/// so that the compiler cannot share reads between passes.
 const BINDINGS: &str = "
 @group(0) @binding(0) var positions: texture_2d<f32>;
 @group(0) @binding(1) var normals: texture_2d<f32>;
@@ -16,29 +16,31 @@ const BINDINGS: &str = "
 @group(0) @binding(7) var overlaps: texture_3d<f32>;
 ";
 
-/// A shader whose cost is asked for.
+/// A compute shader to measure.
 pub(super) struct Kernel {
     pub(super) name: String,
     pub(super) wgsl: String,
     pub(super) entry_point: String,
-    /// The `override`s that the shader asks for.
+    /// Values of the shader's `override` constants.
     pub(super) constants: Vec<(&'static str, f64)>,
 }
 
-/// One occluder's part of a shader: repeated, its slope is the cost of an occluder.
+/// A shader's code for one occluder, repeated to measure the cost of one more occluder.
 pub(super) struct Pass {
     pub(super) name: &'static str,
-    /// The uniform's type and the expression of a transmittance; `o`, `p` and `n` are the
-    /// occluder, the position and the normal. `left`, in an expression that has it, is what those
-    /// before left, and the expression what is left then.
+    /// Type of the occluder's uniform.
     occluder: &'static str,
+    /// Expression of the transmittance; `o`, `p` and `n` are the occluder, the position and the
+    /// normal. If the expression contains `left`, that is the accumulated occlusion so far, and the
+    /// expression is the new one.
     transmittance: &'static str,
 }
 
-/// An occluder that every lane chooses for itself, as instanced draws do, in place of one uniform.
+/// The marker for an occluder that every lane chooses from a storage buffer, as instanced draws do,
+/// instead of one uniform.
 const PER_LANE: &str = "";
 
-/// Ours beside the papers'.
+/// The library's shaders beside those that the papers print.
 pub(super) const PASSES: [Pass; 12] = [
     Pass {
         name: "occlusion, RR-5779 as printed",
@@ -103,7 +105,7 @@ pub(super) const PASSES: [Pass; 12] = [
     },
 ];
 
-/// The library's parts, put together without strength, which the printed shaders do not have.
+/// Combinations of the library's functions without strength, which the printed shaders lack.
 const PARTS: &str = "
 fn cone_of(o: AogridOccluder, p_grid: vec3f, n: vec3f) -> f32 {
     let texel = textureSampleLevel(grid, linear_clamp, p_grid, 0.0);
@@ -135,7 +137,8 @@ fn cone_in_closed_form(o: AogridOccluder, p: vec3f, n: vec3f) -> f32 {
 }
 ";
 
-/// The tiled pass: gathering, and shading with one turn of the loop over occluders.
+/// Returns the kernels of the tiled pass: gathering, and shading, whose loop over occluders counts
+/// once.
 pub(super) fn tiled() -> [Kernel; 4] {
     let kernel = |name: &str, entry_point: &str, format, shading, writes_axis| Kernel {
         name: name.to_owned(),
@@ -161,7 +164,7 @@ pub(super) fn tiled() -> [Kernel; 4] {
 }
 
 impl Pass {
-    /// The pass, `count` times over.
+    /// Returns a kernel with the pass repeated `count` times.
     pub(super) fn repeated(&self, count: u32) -> Kernel {
         let (buffer, index) = match self.occluder {
             PER_LANE => (
@@ -211,7 +214,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {{
     }
 }
 
-/// What shaders for light from an environment bind.
+/// The bindings of kernels for environment light.
 const LIGHT_BINDINGS: &str = "
 struct Frame { environment: AogridEnvironment, eye: vec4f, lobe: vec4f }
 @group(0) @binding(0) var<uniform> frame: Frame;
@@ -223,7 +226,7 @@ struct Frame { environment: AogridEnvironment, eye: vec4f, lobe: vec4f }
 @group(0) @binding(6) var result: texture_storage_2d<rgba16float, write>;
 ";
 
-/// Ways to light a pixel whose occluders have been added up: name and expression.
+/// Lighting of a pixel after its occluders have been accumulated: name and expression.
 const LIGHTS: [[&str; 2]; 3] = [
     [
         "irradiance times 1 - AO",
@@ -240,7 +243,7 @@ const LIGHTS: [[&str; 2]; 3] = [
     ],
 ];
 
-/// What follows all occluders, once a pixel.
+/// Returns the kernels that run once a pixel after all occluders.
 pub(super) fn lights() -> impl Iterator<Item = Kernel> {
     LIGHTS.into_iter().map(|[name, light]| {
         let entry = format!(

@@ -1,4 +1,4 @@
-//! `shader-cost`: what a real GPU's compiler makes of the shaders, without that GPU.
+//! `shader-cost`: statistics of the shaders from a real GPU's compiler, without that GPU.
 
 mod kernels;
 mod vulkan;
@@ -15,14 +15,15 @@ use crate::console::Console;
 use kernels::{Kernel, PASSES};
 use vulkan::{Bindings, Compiled, Compiler};
 
-/// Compile the shaders for a Radeon that need not be there, and print what they cost
+/// Compile the shaders for a Radeon GPU, which need not be present, and print their cost
 ///
-/// Static figures of Mesa's compiler: a loop counts once, memory bandwidth not at all. For a
-/// short shader the inverse throughput is its latency in disguise: read the cost of one more
+/// The figures are static, from Mesa's compiler: a loop counts once, memory bandwidth not at all.
+/// The inverse throughput of a short shader is dominated by its latency: use the cost of one more
 /// occluder, the slope, instead.
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// Which GPU, in Mesa's words
+    /// GPU family, by Mesa's name
     #[arg(long, default_value = FAMILY, value_name = "NAME")]
     family: String,
     /// Also measure this compute shader: a WGSL file and an entry point in it
@@ -30,23 +31,30 @@ pub(crate) struct Args {
     shader: Vec<String>,
 }
 
-/// RDNA 2.
+/// The examples at the end of `shader-cost --help`.
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask shader-cost
+  cargo xtask shader-cost --family navi10
+  cargo xtask shader-cost --shader my-shader.wgsl:main";
+
+/// Mesa's name of an RDNA 2 GPU, the default.
 const FAMILY: &str = "navi21";
 
-/// Makes Mesa's driver pretend; set for the process that does the work.
-const VARIABLE: &str = "RADV_FORCE_FAMILY";
+/// The variable that makes Mesa's driver pretend to be a GPU; set for the child process.
+const FAMILY_VARIABLE: &str = "RADV_FORCE_FAMILY";
 
-/// Where distributions put the driver's manifest.
-const MANIFESTS: &str = "/usr/share/vulkan/icd.d";
+/// The folder of driver manifests in Linux distributions.
+const MANIFEST_FOLDER: &str = "/usr/share/vulkan/icd.d";
 
-/// Passes between which the slope is taken: beyond the first few, what happens once and what
-/// waits for memory no longer matter.
-const SLOPE: [u32; 2] = [4, 12];
+/// Numbers of passes between which the slope is taken. Beyond the first few passes, one-time work
+/// and memory latency no longer matter.
+const SLOPE_COUNTS: [u32; 2] = [4, 12];
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let shaders = args.shader.iter().map(|argument| from_file(argument));
     let shaders = shaders.collect::<anyhow::Result<Vec<_>>>()?;
-    if std::env::var_os(VARIABLE).is_none() {
+    if std::env::var_os(FAMILY_VARIABLE).is_none() {
         return run_with_null_hardware(&args.family);
     }
     let compiler = Compiler::new()?;
@@ -58,7 +66,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     console.result(&Row::header());
     for pass in &PASSES {
         let one = cost(&compiler, &pass.repeated(1))?;
-        let ends = SLOPE.map(|count| cost(&compiler, &pass.repeated(count)));
+        let ends = SLOPE_COUNTS.map(|count| cost(&compiler, &pass.repeated(count)));
         let [few, many] = ends;
         let row = Row {
             name: pass.name.to_owned(),
@@ -79,7 +87,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What bakes on a GPU; the naive kernel, which says what the others compute, comes last.
+/// Returns the kernels of GPU bakes; the naive reference kernel comes last.
 fn bake_kernels() -> Vec<Kernel> {
     let kernel = |shader: aogrid_baker_gpu::Shader| Kernel {
         name: shader.name.to_owned(),
@@ -93,22 +101,25 @@ fn bake_kernels() -> Vec<Kernel> {
         .collect()
 }
 
-/// Drivers read the environment when they are loaded: another process gets one of its own.
+/// Runs this command again in a child process with Mesa's null hardware; drivers read the
+/// environment when they are loaded.
 fn run_with_null_hardware(family: &str) -> anyhow::Result<()> {
     let mut command = Command::new(std::env::current_exe()?);
     command
         .args(std::env::args_os().skip(1))
-        .env(VARIABLE, family)
+        .env(FAMILY_VARIABLE, family)
         .env("VK_ICD_FILENAMES", manifest()?)
-        // A cached pipeline has no statistics.
+        // Pipelines from the cache have no statistics.
         .env("MESA_SHADER_CACHE_DISABLE", "true");
     let status = command.status()?;
     std::process::exit(status.code().unwrap_or(1));
 }
 
+/// Returns the manifest of Mesa's Radeon driver.
 fn manifest() -> anyhow::Result<PathBuf> {
-    let missing = || format!("{MANIFESTS}: no Radeon driver there: install mesa-vulkan-drivers");
-    let entries = std::fs::read_dir(MANIFESTS).with_context(missing)?;
+    let missing =
+        || format!("{MANIFEST_FOLDER}: no Radeon driver there: install mesa-vulkan-drivers");
+    let entries = std::fs::read_dir(MANIFEST_FOLDER).with_context(missing)?;
     let mut paths = entries.filter_map(|entry| entry.ok().map(|e| e.path()));
     paths
         .find(|path| {
@@ -118,14 +129,14 @@ fn manifest() -> anyhow::Result<PathBuf> {
         .with_context(missing)
 }
 
-/// What one compiled shader costs.
+/// Static costs of one compiled shader.
 struct Cost {
     instructions: u64,
     vgprs: u64,
     scratch: u64,
     /// Bytes of workgroup memory.
     lds: u64,
-    /// Subgroups that a SIMD can hold.
+    /// Number of subgroups that a SIMD unit can hold.
     waves: u64,
     latency: u64,
     inverse_throughput: u64,
@@ -136,7 +147,7 @@ struct Cost {
 type Slope = [f64; 2];
 
 fn slope(few: &Cost, many: &Cost) -> Slope {
-    let passes = f64::from(SLOPE[1] - SLOPE[0]);
+    let passes = f64::from(SLOPE_COUNTS[1] - SLOPE_COUNTS[0]);
     let per_pass = |few: u64, many: u64| (many as f64 - few as f64) / passes;
     [
         per_pass(few.instructions, many.instructions),
@@ -218,13 +229,13 @@ fn read(compiled: &Compiled) -> anyhow::Result<Cost> {
     })
 }
 
-/// Texture reads, filtered or not, in the compiler's own text.
+/// Counts texture reads, filtered or not, in the compiler's assembly text.
 fn fetches(text: &str) -> usize {
     let is_fetch = |line: &&str| line.contains("image_sample") || line.contains("image_load");
     text.lines().filter(is_fetch).count()
 }
 
-/// WGSL to SPIR-V, as wgpu does it for a driver with robust image access.
+/// Compiles WGSL to SPIR-V like wgpu for a driver with robust image access.
 fn spirv(kernel: &Kernel) -> anyhow::Result<(Vec<u32>, Bindings)> {
     let module = front::wgsl::parse_str(&kernel.wgsl)
         .map_err(|e| anyhow::anyhow!(e.emit_to_string(&kernel.wgsl)))?;
@@ -236,7 +247,7 @@ fn spirv(kernel: &Kernel) -> anyhow::Result<(Vec<u32>, Bindings)> {
         back::pipeline_constants::process_overrides(&module, &info, None, &constants.collect())?;
     let options = back::spv::Options {
         lang_version: (1, 3),
-        // Shaders of ours clear what they read.
+        // Our shaders initialize the workgroup memory that they read.
         zero_initialize_workgroup_memory: back::spv::ZeroInitializeWorkgroupMemoryMode::None,
         ..Default::default()
     };
@@ -248,17 +259,18 @@ fn spirv(kernel: &Kernel) -> anyhow::Result<(Vec<u32>, Bindings)> {
     Ok((words, bindings(&module)?))
 }
 
+/// Returns the descriptors that a module binds.
 fn bindings(module: &naga::Module) -> anyhow::Result<Bindings> {
     let mut sets = Bindings::new();
     for (_, variable) in module.global_variables.iter() {
-        let Some(place) = variable.binding else {
+        let Some(slot) = variable.binding else {
             continue;
         };
-        let group = place.group as usize;
+        let group = slot.group as usize;
         if sets.len() <= group {
             sets.resize(group + 1, Vec::new());
         }
-        sets[group].push((place.binding, descriptor_type(module, variable)?));
+        sets[group].push((slot.binding, descriptor_type(module, variable)?));
     }
     Ok(sets)
 }
@@ -280,11 +292,11 @@ fn descriptor_type(
             _,
         ) => vk::DescriptorType::STORAGE_IMAGE,
         (TypeInner::Image { .. }, _) => vk::DescriptorType::SAMPLED_IMAGE,
-        _ => bail!("a binding that is neither buffer, texture nor sampler"),
+        _ => bail!("a binding is neither buffer, texture nor sampler"),
     })
 }
 
-/// A compute shader of the user's, named `FILE:ENTRY`.
+/// Reads the user's compute shader, named `FILE:ENTRY`.
 fn from_file(argument: &str) -> anyhow::Result<Kernel> {
     let (path, entry_point) = argument
         .rsplit_once(':')

@@ -1,5 +1,5 @@
-// The shaders that RR-5779 prints (sections 3.2 and 5.1), line by line, with the guards that
-// ours have: stored bytes are decoded, the axis is normalised, and a missing one does no harm.
+// The shaders that RR-5779 prints (sections 3.2 and 5.1), line by line, with the same guards as
+// the library's: stored bytes are decoded, the axis is normalized, and a zero axis is harmless.
 
 struct Naive {
     grid_from_world: mat4x4f,

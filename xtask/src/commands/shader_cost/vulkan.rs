@@ -1,7 +1,7 @@
-//! A bare Vulkan device that compiles compute shaders and says what came of them.
+//! A bare Vulkan device that compiles compute shaders and reports their statistics.
 //!
-//! Not wgpu: Mesa's null hardware has no memory or queue that works, and wgpu gives a device
-//! up for lost at once.
+//! wgpu cannot be used here: Mesa's null hardware has no working memory or queue, so wgpu considers
+//! the device lost at once.
 
 #![expect(
     unsafe_code,
@@ -13,33 +13,34 @@ use std::ffi::{CStr, c_char};
 use anyhow::{Context, bail};
 use ash::{khr, vk};
 
-/// What a driver says of a compiled shader: name and value, in the driver's order.
+/// Statistics of a compiled shader: name and value, in the driver's order.
 pub(super) type Statistics = Vec<(String, u64)>;
 
 /// A compiled shader.
 pub(super) struct Compiled {
     pub(super) statistics: Statistics,
-    /// The driver's own representation of it, as text.
+    /// The driver's assembly text of the shader.
     pub(super) text: String,
 }
 
-/// What a shader binds, in one descriptor set after another.
+/// The bindings of a shader by descriptor set.
 pub(super) type Bindings = Vec<Vec<(u32, vk::DescriptorType)>>;
 
+/// A Vulkan device that compiles compute shaders.
 pub(super) struct Compiler {
     instance: ash::Instance,
     device: ash::Device,
     properties: khr::pipeline_executable_properties::Device,
     name: String,
     driver: String,
-    // Unloads the library: last.
+    // Dropped last, since it unloads the library.
     _entry: ash::Entry,
 }
 
 impl Compiler {
-    /// The first device of the drivers that the environment names.
+    /// Opens the first device of the drivers that the environment names.
     pub(super) fn new() -> anyhow::Result<Self> {
-        // SAFETY: the Vulkan loader has no precondition; what it loads is trusted as any library is.
+        // SAFETY: the Vulkan loader has no precondition, and its library is trusted like any other.
         let entry =
             unsafe { ash::Entry::load() }.context("cannot load Vulkan: install libvulkan1")?;
         let application = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_3);
@@ -52,12 +53,12 @@ impl Compiler {
         let physical = *devices.first().context("the driver has no device")?;
         let mut driver = vk::PhysicalDeviceDriverProperties::default();
         let mut about = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
-        // SAFETY: a device of this instance; the chain is of structures that 1.2 knows.
+        // SAFETY: the device belongs to this instance; the chain holds structures of Vulkan 1.2.
         unsafe { instance.get_physical_device_properties2(physical, &mut about) };
         let name = text(&about.properties.device_name);
         let driver = text(&driver.driver_info);
         let device = device(&instance, physical)
-            .with_context(|| format!("{name}: it cannot say what it compiles"))?;
+            .with_context(|| format!("{name}: it cannot report pipeline statistics"))?;
         let properties = khr::pipeline_executable_properties::Device::new(&instance, &device);
         Ok(Self {
             instance,
@@ -69,7 +70,7 @@ impl Compiler {
         })
     }
 
-    /// The device and its driver, with version.
+    /// Returns the names of the device and its driver, with version.
     pub(super) fn description(&self) -> String {
         format!("{}, {}", self.name, self.driver)
     }
@@ -82,7 +83,7 @@ impl Compiler {
         bindings: &Bindings,
     ) -> anyhow::Result<Compiled> {
         let module = vk::ShaderModuleCreateInfo::default().code(spirv);
-        // SAFETY: naga validated and wrote the words.
+        // SAFETY: naga validated the module and wrote the words.
         let module = unsafe { self.device.create_shader_module(&module, None) }?;
         let result = self.compile_module(module, entry_point, bindings);
         // SAFETY: nothing uses the module any more.
@@ -112,13 +113,13 @@ impl Compiler {
             .stage(stage)
             .layout(layout);
         let cache = vk::PipelineCache::null();
-        // SAFETY: module and layout are alive, and the layout has what the shader binds.
-        let made = unsafe { self.device.create_compute_pipelines(cache, &[info], None) };
-        let pipeline = made
+        // SAFETY: module and layout are alive, and the layout has all bindings of the shader.
+        let result = unsafe { self.device.create_compute_pipelines(cache, &[info], None) };
+        let pipeline = result
             .map_err(|(_, error)| error)
             .context("it does not compile")?[0];
         let result = self.read(pipeline);
-        // SAFETY: all were made above, are used no more, and the device runs nothing.
+        // SAFETY: all were created above, are no longer used, and the device runs nothing.
         unsafe {
             self.device.destroy_pipeline(pipeline, None);
             self.device.destroy_pipeline_layout(layout, None);
@@ -145,10 +146,10 @@ impl Compiler {
         unsafe { self.device.create_descriptor_set_layout(&info, None) }
     }
 
-    /// What the driver says of a pipeline's only shader.
+    /// Reads the statistics of a pipeline's only shader.
     fn read(&self, pipeline: vk::Pipeline) -> anyhow::Result<Compiled> {
         let info = vk::PipelineExecutableInfoKHR::default().pipeline(pipeline);
-        // SAFETY: the pipeline was made to keep its statistics.
+        // SAFETY: the pipeline was created with the flag to keep its statistics.
         let found = unsafe { self.properties.get_pipeline_executable_statistics(&info) }?;
         let statistics = found.iter().map(|s| (text(&s.name), value(s))).collect();
         Ok(Compiled {
@@ -164,30 +165,31 @@ impl Compiler {
             .get_pipeline_executable_internal_representations_khr;
         let device = self.device.handle();
         let mut count = 0;
-        // SAFETY: without a place to write to, the call counts.
+        // SAFETY: with a null pointer the call only writes the count.
         unsafe { get(device, info, &mut count, std::ptr::null_mut()) }.result()?;
         let mut list =
             vec![vk::PipelineExecutableInternalRepresentationKHR::default(); count as usize];
-        // SAFETY: `list` has `count` elements; without data each is told its size.
+        // SAFETY: `list` has `count` elements; with null data each receives its size.
         unsafe { get(device, info, &mut count, list.as_mut_ptr()) }.result()?;
         let mut texts: Vec<_> = list.iter().map(|r| vec![0_u8; r.data_size]).collect();
         for (representation, text) in list.iter_mut().zip(&mut texts) {
             representation.p_data = text.as_mut_ptr().cast();
         }
-        // SAFETY: each element now has as many bytes as it asked for, which outlive the call.
+        // SAFETY: each element now points to as many bytes as it asked for, which outlive the call.
         unsafe { get(device, info, &mut count, list.as_mut_ptr()) }.result()?;
-        let machine = list
+        let assembly = list
             .iter()
             .zip(&texts)
             .filter(|(r, _)| text(&r.name).contains("ACO"));
-        let machine = machine.map(|(_, text)| String::from_utf8_lossy(text).into_owned());
-        Ok(machine.collect())
+        let assembly = assembly.map(|(_, text)| String::from_utf8_lossy(text).into_owned());
+        Ok(assembly.collect())
     }
 }
 
 impl Drop for Compiler {
     fn drop(&mut self) {
-        // SAFETY: everything made from the device is destroyed, and then the device itself.
+        // SAFETY: everything created from the device is destroyed already; then goes the device
+        // itself.
         unsafe {
             self.device.destroy_device(None);
             self.instance.destroy_instance(None);
@@ -195,7 +197,7 @@ impl Drop for Compiler {
     }
 }
 
-/// A device with one queue, which can say what it compiles.
+/// Creates a device with one queue that can report pipeline statistics.
 fn device(instance: &ash::Instance, physical: vk::PhysicalDevice) -> anyhow::Result<ash::Device> {
     let extensions = [khr::pipeline_executable_properties::NAME.as_ptr()];
     let queue = [vk::DeviceQueueCreateInfo::default().queue_priorities(&[1.0])];
@@ -222,13 +224,13 @@ fn value(statistic: &vk::PipelineExecutableStatisticKHR<'_>) -> u64 {
     }
 }
 
-/// A fixed-size, NUL-terminated string.
+/// Converts a fixed-size, NUL-terminated string.
 fn text(chars: &[c_char]) -> String {
     let bytes = chars.iter().take_while(|c| **c != 0).map(|c| *c as u8);
     String::from_utf8_lossy(&bytes.collect::<Vec<_>>()).into_owned()
 }
 
-/// Refuses a device without hardware's compiler.
+/// Checks that the driver pretends to be the requested GPU.
 pub(super) fn check_family(compiler: &Compiler, family: &str) -> anyhow::Result<()> {
     if !compiler
         .name
@@ -236,7 +238,7 @@ pub(super) fn check_family(compiler: &Compiler, family: &str) -> anyhow::Result<
         .contains(&family.to_lowercase())
     {
         bail!(
-            "the driver made {} instead of {family}: is its name misspelt?",
+            "the driver made {} instead of {family}: is its name misspelled?",
             compiler.name
         );
     }

@@ -1,4 +1,4 @@
-//! Which cells of a grid lie inside its model: what the bake found, found again.
+//! Classification of a grid's cells as interior or doubtful, by repeating the bake.
 
 use aogrid_bake_core::post::Classification;
 use aogrid_bake_core::{BakeOptions, TriangleMesh};
@@ -8,8 +8,8 @@ use aogrid_grid_format::Grid;
 use crate::console::Console;
 use crate::interrupt;
 
-/// Classifies the cells of `grid` by baking `mesh` once more, as its metadata says. A file holds
-/// how many cells are inside, but not which.
+/// Classifies the cells of `grid` by baking `mesh` again with the recorded options, since a file
+/// holds only the number of interior cells.
 pub(super) fn classify(
     grid: &Grid,
     mesh: &TriangleMesh,

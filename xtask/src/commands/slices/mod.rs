@@ -1,4 +1,4 @@
-//! `slices`: a grid as a picture that a person can judge.
+//! `slices`: a picture of a grid's slices for visual inspection.
 
 mod inside;
 mod outline;
@@ -18,20 +18,27 @@ use super::info::read_grid;
 use crate::console::Console;
 use crate::output;
 
-/// Draw a grid's slices across z as one PNG: occlusion, directions as colours, the outline of the
-/// model, and which cells are inside it
+/// Draw a grid's slices across z as one PNG: occlusion, directions as colors, the model's outline,
+/// and the cells inside it
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// A grid file (*.ao.ktx2)
     file: PathBuf,
     /// The PNG to write
     #[arg(short, long, value_name = "PNG")]
     out: PathBuf,
-    /// The model whose outline and inside to draw [default: the one the grid was baked from, if it lies
-    /// beside the grid]
+    /// Model whose outline and interior to draw [default: the one the grid was baked from, if it
+    /// lies beside the grid]
     #[arg(long, value_name = "MODEL")]
     mesh: Option<PathBuf>,
 }
+
+/// The examples at the end of `slices --help`.
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask slices table.ao.ktx2 -o table.png
+  cargo xtask slices table.ao.ktx2 --mesh assets/table.obj -o table.png";
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let grid = read_grid(&args.file)?;
@@ -42,9 +49,9 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     }
     let model = match find_mesh(args, &grid, console)? {
         Some(mesh) => {
-            let inside = inside::classify(&grid, &mesh, console)
+            let cells = inside::classify(&grid, &mesh, console)
                 .with_context(|| args.file.display().to_string())?;
-            Some(Model { mesh, inside })
+            Some(BakedModel { mesh, cells })
         }
         None => None,
     };
@@ -60,13 +67,14 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What a grid was baked from.
-struct Model {
+/// The model that a grid was baked from, and the class of each cell.
+struct BakedModel {
     mesh: TriangleMesh,
-    inside: Classification,
+    cells: Classification,
 }
 
-/// The triangles that the grid was baked from, or those the user asked for.
+/// Returns the mesh that the grid was baked from, or the one that the user named; `None` with a
+/// note if there is neither.
 fn find_mesh(args: &Args, grid: &Grid, console: &Console) -> anyhow::Result<Option<TriangleMesh>> {
     let source = &grid.record().source;
     let beside = args.file.with_file_name(&source.name);
@@ -79,7 +87,8 @@ fn find_mesh(args: &Args, grid: &Grid, console: &Console) -> anyhow::Result<Opti
         if !same {
             let name = &source.name;
             console.note(&format!(
-                "no outline and no inside: {name} is not beside the grid as it was baked; name it with --mesh"
+                "no outline and no interior: {name} is not beside the grid, or has changed since the \
+                 bake; name the model with --mesh"
             ));
             return Ok(None);
         }
@@ -87,7 +96,9 @@ fn find_mesh(args: &Args, grid: &Grid, console: &Console) -> anyhow::Result<Opti
     let loaded = mesh::load(path).with_context(|| path.display().to_string())?;
     if loaded.blake3 != source.blake3 {
         let shown = path.display();
-        console.warning(&format!("{shown} is not the model the grid was baked from"));
+        console.warning(&format!(
+            "{shown} is not the model that the grid was baked from"
+        ));
     }
     let Some(part) = &source.part else {
         return Ok(Some(loaded.mesh));

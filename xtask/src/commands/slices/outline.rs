@@ -1,8 +1,8 @@
-//! Where a plane cuts a mesh.
+//! The outline in which a plane cuts a mesh.
 
 use aogrid_bake_core::TriangleMesh;
 
-/// The segments, in (x, y), in which the plane at height `z` cuts the mesh's triangles.
+/// Returns the segments, in (x, y), in which the plane at height `z` cuts the mesh's triangles.
 pub(super) fn cut(mesh: &TriangleMesh, z: f64) -> Vec<[[f64; 2]; 2]> {
     let triangles = mesh
         .corners()
@@ -10,8 +10,9 @@ pub(super) fn cut(mesh: &TriangleMesh, z: f64) -> Vec<[[f64; 2]; 2]> {
     triangles.filter_map(|t| cut_triangle(t, z)).collect()
 }
 
+/// Returns the segment in which the plane cuts a triangle, if it does.
 fn cut_triangle(t: [[f64; 3]; 3], z: f64) -> Option<[[f64; 2]; 2]> {
-    // A corner on the plane counts as above: then either no edge crosses, or two do.
+    // A corner on the plane counts as above, so that either no edge or two edges cross.
     let above = t.map(|corner| corner[2] >= z);
     let mut crossings = (0..3).filter_map(|i| {
         let j = (i + 1) % 3;

@@ -1,45 +1,45 @@
-//! The contact sheet: rows of slices across z, occlusion above, directions below.
+//! The contact sheet of a grid: rows of slices across z, occlusion above, directions below.
 
 use aogrid_bake_core::TriangleMesh;
 use aogrid_bake_core::layers::CellClass;
 use aogrid_grid_format::{Encoding, Grid};
 use image::RgbImage;
 
-use super::{Model, outline};
-use crate::canvas::{BACKGROUND, Canvas, Colour, DIM, INK, LETTER};
+use super::{BakedModel, outline};
+use crate::canvas::{BACKGROUND, Canvas, Color, DIM, GLYPH_SIZE, INK};
 use crate::commands::info::{interior_line, triple};
 
-/// The longer side of a slice, in pixels.
-const TILE: f64 = 128.0;
-/// The fewest pixels of the shorter side, so that a slice of a rod can still be seen.
-const THINNEST: u32 = 16;
+/// Longer side of a slice, in pixels.
+const TILE_SIDE: f64 = 128.0;
+/// Minimum length of the shorter side in pixels, so that a slice of a rod is visible.
+const MIN_TILE_SIDE: u32 = 16;
 const COLUMNS: usize = 8;
-/// At most so many slices are drawn, evenly spread.
-const SLICES: usize = 32;
+/// Maximum number of slices, evenly spaced.
+const MAX_SLICES: usize = 32;
 const GAP: u32 = 8;
-/// From one line of text to the next.
-const LINE: u32 = LETTER + 4;
+/// Distance between lines of text, in pixels.
+const LINE_HEIGHT: u32 = GLYPH_SIZE + 4;
 const MARGIN: u32 = 16;
-/// The picture is at least this wide, for its lines of text.
-const LEAST_WIDTH: u32 = 720;
+/// Minimum width of the picture in pixels, so that its lines of text fit.
+const MIN_WIDTH: u32 = 720;
 
-const OUTLINE: Colour = [255, 96, 0];
-const OUTLINE_ON_COLOURS: Colour = [255, 255, 255];
+const OUTLINE: Color = [255, 96, 0];
+const OUTLINE_ON_COLORS: Color = [255, 255, 255];
 
-/// From one line of hatching to the next, in pixels.
-const HATCHING: u32 = 3;
+/// Distance between hatching lines, in pixels.
+const HATCH_SPACING: u32 = 3;
 
-/// Marks of cells inside the model, and of those of which that is in doubt.
-const INTERIOR: Colour = [0, 140, 255];
-const DOUBTFUL: Colour = [225, 40, 190];
+/// Colors of the marks of interior and of doubtful cells.
+const INTERIOR: Color = [0, 140, 255];
+const DOUBTFUL: Color = [225, 40, 190];
 
-/// The side of the scale of directions, in pixels.
-const BALL: u32 = 64;
+/// Side of the scale of directions, in pixels.
+const BALL_SIDE: u32 = 64;
 
-/// Directions fade into the background below this occlusion: there is little to point at.
-const FADE: f32 = 0.05;
+/// The occlusion fraction below which directions fade into the background, being of little weight.
+const FADE_OCCLUSION: f32 = 0.05;
 
-/// What a block of slices shows.
+/// The quantity that a block of slices shows.
 #[derive(Clone, Copy, PartialEq)]
 enum Quantity {
     Occlusion,
@@ -47,37 +47,37 @@ enum Quantity {
 }
 
 impl Quantity {
-    fn colour(self, [x, y, z, a]: [f32; 4]) -> Colour {
+    fn color(self, [x, y, z, a]: [f32; 4]) -> Color {
         match self {
             Self::Occlusion => [((1.0 - a) * 255.0).round() as u8; 3],
             Self::Direction => {
-                let strength = (a / FADE).min(1.0);
-                let mut colour = direction_colour([x, y, z]);
-                for (c, background) in colour.iter_mut().zip(BACKGROUND) {
+                let strength = (a / FADE_OCCLUSION).min(1.0);
+                let mut color = direction_color([x, y, z]);
+                for (c, background) in color.iter_mut().zip(BACKGROUND) {
                     let mixed = f32::from(*c) * strength + f32::from(background) * (1.0 - strength);
                     *c = mixed.round() as u8;
                 }
-                colour
+                color
             }
         }
     }
 
-    fn outline(self) -> Colour {
+    fn outline(self) -> Color {
         match self {
             Self::Occlusion => OUTLINE,
-            Self::Direction => OUTLINE_ON_COLOURS,
+            Self::Direction => OUTLINE_ON_COLORS,
         }
     }
 }
 
-/// −1..1 along x, y, z as dark to bright red, green, blue.
-fn direction_colour(d: [f32; 3]) -> Colour {
+/// Maps a direction to a color: −1..1 along x, y, z to dark..bright red, green, blue.
+fn direction_color(d: [f32; 3]) -> Color {
     d.map(|v| ((v * 0.5 + 0.5).clamp(0.0, 1.0) * 255.0).round() as u8)
 }
 
-/// Sizes of the sheet's parts.
+/// The layout of the sheet.
 struct Layout {
-    /// Of a slice, in pixels.
+    /// Width and height of a slice in pixels.
     tile: [u32; 2],
     /// The z indices of the slices drawn.
     slices: Vec<u32>,
@@ -86,10 +86,10 @@ struct Layout {
 impl Layout {
     fn new(grid: &Grid) -> Self {
         let [ex, ey, _] = grid.spec().half_extents().map(f64::from);
-        let pixels = TILE / ex.max(ey);
-        let tile = [ex, ey].map(|e| ((e * pixels).round() as u32).max(THINNEST));
+        let pixels = TILE_SIDE / ex.max(ey);
+        let tile = [ex, ey].map(|e| ((e * pixels).round() as u32).max(MIN_TILE_SIDE));
         let nz = grid.spec().resolution()[2] as usize;
-        let shown = nz.min(SLICES);
+        let shown = nz.min(MAX_SLICES);
         let slices = (0..shown).map(|s| ((2 * s + 1) * nz / (2 * shown)) as u32);
         Self {
             tile,
@@ -99,41 +99,41 @@ impl Layout {
 
     fn width(&self) -> u32 {
         let columns = self.slices.len().min(COLUMNS) as u32;
-        let tiles = columns * (self.tile[0].max(10 * LETTER) + GAP) - GAP;
-        tiles.max(LEAST_WIDTH) + 2 * MARGIN
+        let tiles = columns * (self.tile[0].max(10 * GLYPH_SIZE) + GAP) - GAP;
+        tiles.max(MIN_WIDTH) + 2 * MARGIN
     }
 
-    /// Of a block of slices with its heading.
+    /// Returns the height of a block of slices with its heading.
     fn block_height(&self) -> u32 {
         let rows = self.slices.len().div_ceil(COLUMNS) as u32;
-        2 * LINE + rows * (self.tile[1] + LINE + GAP)
+        2 * LINE_HEIGHT + rows * (self.tile[1] + LINE_HEIGHT + GAP)
     }
 
-    /// The upper left corner of a slice in a block.
-    fn place(&self, slice: usize) -> [u32; 2] {
+    /// Returns the upper left corner of a slice in a block.
+    fn slice_origin(&self, slice: usize) -> [u32; 2] {
         let (row, column) = ((slice / COLUMNS) as u32, (slice % COLUMNS) as u32);
         [
-            column * (self.tile[0].max(10 * LETTER) + GAP),
-            2 * LINE + row * (self.tile[1] + LINE + GAP),
+            column * (self.tile[0].max(10 * GLYPH_SIZE) + GAP),
+            2 * LINE_HEIGHT + row * (self.tile[1] + LINE_HEIGHT + GAP),
         ]
     }
 }
 
 /// Draws the sheet of `grid`, which is called `name`.
-pub(super) fn draw(grid: &Grid, model: Option<&Model>, name: &str) -> RgbImage {
+pub(super) fn draw(grid: &Grid, model: Option<&BakedModel>, name: &str) -> RgbImage {
     let layout = Layout::new(grid);
     let quantities: &[Quantity] = match grid.encoding() {
         Encoding::Occlusion => &[Quantity::Occlusion],
         Encoding::Cone => &[Quantity::Occlusion, Quantity::Direction],
     };
     let header = headings(grid, name);
-    let top = MARGIN + header.len() as u32 * LINE + 3 * LINE;
-    let scales = BALL + 2 * LINE;
+    let top = MARGIN + header.len() as u32 * LINE_HEIGHT + 3 * LINE_HEIGHT;
+    let scales = BALL_SIDE + 2 * LINE_HEIGHT;
     let height = top + quantities.len() as u32 * layout.block_height() + scales + MARGIN;
     let mut canvas = Canvas::new(layout.width(), height);
     for (line, text) in (0..).zip(&header) {
-        let colour = if line == 0 { INK } else { DIM };
-        canvas.text(MARGIN, MARGIN + line * LINE, text, colour);
+        let color = if line == 0 { INK } else { DIM };
+        canvas.text(MARGIN, MARGIN + line * LINE_HEIGHT, text, color);
     }
     for (block, &quantity) in (0..).zip(quantities) {
         let origin = [MARGIN, top + block * layout.block_height()];
@@ -141,7 +141,7 @@ pub(super) fn draw(grid: &Grid, model: Option<&Model>, name: &str) -> RgbImage {
     }
     let origin = [MARGIN, height - MARGIN - scales];
     if model.is_some() {
-        draw_legend(&mut canvas, [MARGIN, top - 2 * LINE]);
+        draw_legend(&mut canvas, [MARGIN, top - 2 * LINE_HEIGHT]);
     }
     draw_scales(
         &mut canvas,
@@ -151,6 +151,7 @@ pub(super) fn draw(grid: &Grid, model: Option<&Model>, name: &str) -> RgbImage {
     canvas.into_image()
 }
 
+/// Returns the lines of text at the top of the sheet.
 fn headings(grid: &Grid, name: &str) -> Vec<String> {
     let (spec, record) = (grid.spec(), grid.record());
     let [nx, ny, nz] = spec.resolution();
@@ -183,23 +184,25 @@ fn draw_block(
     layout: &Layout,
     [left, top]: [u32; 2],
     grid: &Grid,
-    model: Option<&Model>,
+    model: Option<&BakedModel>,
     quantity: Quantity,
 ) {
     let title = match quantity {
-        Quantity::Occlusion => "a: hidden share of the sphere; x right, y up, one slice for each z",
+        Quantity::Occlusion => {
+            "a: occluded share of the sphere; x right, y up, one slice for each z"
+        }
         Quantity::Direction => "d: direction towards the object, same slices",
     };
     canvas.text(left, top, title, INK);
     for (slice, &k) in layout.slices.iter().enumerate() {
-        let [x, y] = layout.place(slice);
+        let [x, y] = layout.slice_origin(slice);
         let origin = [left + x, top + y];
         draw_slice(canvas, layout.tile, origin, grid, k, quantity);
         let [_, _, from_center] = grid.spec().sample_from_center([0, 0, k], [0.0; 3]);
         let z = f64::from(grid.spec().center()[2]) + from_center;
-        if let Some(Model { mesh, inside }) = model {
+        if let Some(BakedModel { mesh, cells }) = model {
             if quantity == Quantity::Occlusion {
-                draw_inside(canvas, layout.tile, origin, grid, inside.classes(), k);
+                draw_interior(canvas, layout.tile, origin, grid, cells.classes(), k);
             }
             draw_outline(
                 canvas,
@@ -229,17 +232,17 @@ fn draw_slice(
 ) {
     let [nx, ny, _] = grid.spec().resolution();
     for y in 0..height {
-        // Pictures grow downwards, y upwards.
+        // Rows of pixels run downwards, y upwards.
         let j = (height - 1 - y) * ny / height;
         for x in 0..width {
             let cone = grid.cone(grid.spec().cell_idx([x * nx / width, j, k]));
-            canvas.set(left + x, top + y, quantity.colour(cone));
+            canvas.set(left + x, top + y, quantity.color(cone));
         }
     }
 }
 
-/// A dot of four pixels in each cell inside the model, hatching over those in doubt.
-fn draw_inside(
+/// Draws a dot of four pixels in each interior cell, and hatching over doubtful cells.
+fn draw_interior(
     canvas: &mut Canvas,
     [width, height]: [u32; 2],
     [left, top]: [u32; 2],
@@ -249,9 +252,10 @@ fn draw_inside(
 ) {
     let [nx, ny, _] = grid.spec().resolution();
     let class = |i: u32, j: u32| classes[grid.spec().cell_idx([i, j, k])];
+    // Hatching first, so that the dots stay visible.
     for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
         let (i, j) = (x * nx / width, (height - 1 - y) * ny / height);
-        if class(i, j).is_doubtful && (x + y) % HATCHING == 0 {
+        if class(i, j).is_doubtful && (x + y) % HATCH_SPACING == 0 {
             canvas.set(left + x, top + y, DOUBTFUL);
         }
     }
@@ -273,7 +277,7 @@ fn draw_outline(
     grid: &Grid,
     mesh: &TriangleMesh,
     z: f64,
-    colour: Colour,
+    color: Color,
 ) {
     let ([cx, cy, _], [ex, ey, _]) = (grid.spec().center(), grid.spec().half_extents());
     let pixel = |[x, y]: [f64; 2]| {
@@ -282,19 +286,19 @@ fn draw_outline(
         [u * f64::from(tile[0]), (1.0 - v) * f64::from(tile[1])]
     };
     for segment in outline::cut(mesh, z) {
-        canvas.line(origin, tile, segment.map(pixel), colour);
+        canvas.line(origin, tile, segment.map(pixel), color);
     }
 }
 
 fn draw_legend(canvas: &mut Canvas, [left, top]: [u32; 2]) {
     let mut x = left;
-    for (text, colour) in [
+    for (text, color) in [
         ("outline", OUTLINE),
         ("inside: filled from around", INTERIOR),
         ("in doubt", DOUBTFUL),
     ] {
-        canvas.text(x, top, text, colour);
-        x += (text.chars().count() as u32 + 3) * LETTER;
+        canvas.text(x, top, text, color);
+        x += (text.chars().count() as u32 + 3) * GLYPH_SIZE;
     }
 }
 
@@ -306,13 +310,13 @@ fn draw_scales(canvas: &mut Canvas, [left, top]: [u32; 2], with_directions: bool
         for y in 0..height {
             canvas.set(
                 left + x,
-                top + LINE + y,
-                Quantity::Occlusion.colour([0.0, 0.0, 0.0, a]),
+                top + LINE_HEIGHT + y,
+                Quantity::Occlusion.color([0.0, 0.0, 0.0, a]),
             );
         }
     }
-    for (x, text) in [(0, "0"), (width / 2 - 12, "0.5"), (width - LETTER, "1")] {
-        canvas.text(left + x, top + LINE + height + 4, text, DIM);
+    for (x, text) in [(0, "0"), (width / 2 - 12, "0.5"), (width - GLYPH_SIZE, "1")] {
+        canvas.text(left + x, top + LINE_HEIGHT + height + 4, text, DIM);
     }
     if !with_directions {
         return;
@@ -321,20 +325,20 @@ fn draw_scales(canvas: &mut Canvas, [left, top]: [u32; 2], with_directions: bool
     for (i, (sign, title)) in (0..).zip(halves) {
         let left = left + width + 40 + i * 160;
         canvas.text(left, top, title, INK);
-        draw_ball(canvas, [left, top + LINE], sign);
+        draw_ball(canvas, [left, top + LINE_HEIGHT], sign);
     }
 }
 
-/// The half ball of directions whose z has the sign of `sign`, seen from +z.
+/// Draws the hemisphere of directions whose z has the sign of `sign`, seen from +z.
 fn draw_ball(canvas: &mut Canvas, [left, top]: [u32; 2], sign: f32) {
-    for row in 0..BALL {
-        for column in 0..BALL {
-            let centred = |i: u32| (2 * i + 1) as f32 / BALL as f32 - 1.0;
-            let (x, y) = (centred(column), -centred(row));
+    for row in 0..BALL_SIDE {
+        for column in 0..BALL_SIDE {
+            let centered = |i: u32| (2 * i + 1) as f32 / BALL_SIDE as f32 - 1.0;
+            let (x, y) = (centered(column), -centered(row));
             let square = 1.0 - x * x - y * y;
             if square >= 0.0 {
-                let colour = direction_colour([x, y, sign * square.sqrt()]);
-                canvas.set(left + column, top + row, colour);
+                let color = direction_color([x, y, sign * square.sqrt()]);
+                canvas.set(left + column, top + row, color);
             }
         }
     }

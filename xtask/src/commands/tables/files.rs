@@ -1,4 +1,4 @@
-//! The tables for other programs.
+//! The tables as EXR images for other programs.
 
 use std::io::Cursor;
 
@@ -6,7 +6,8 @@ use anyhow::Context;
 use aogrid_tables::{ClipTable, MergeTable};
 use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, SmallVec, WritableImage};
 
-/// One pixel a node: a to the right, cos β downwards from 1 to −1; channels `AO`, `a'` and `f`.
+/// Returns T_clip as an EXR image with one pixel a node: a to the right, cos β downwards from 1 to
+/// −1; channels `AO`, `a'` and `f`.
 pub(super) fn clip_exr(table: &ClipTable) -> anyhow::Result<Vec<u8>> {
     let [width, height] = table.size();
     let nodes = || {
@@ -22,8 +23,8 @@ pub(super) fn clip_exr(table: &ClipTable) -> anyhow::Result<Vec<u8>> {
     exr([width, height], channels)
 }
 
-/// One pixel a pair of fractions, a1 to the right, a2 upwards; a channel for each γ, named
-/// `gamma.00` for γ = 0 to `gamma.31` for γ = π.
+/// Returns T_merge as an EXR image with one pixel a pair of fractions, a1 to the right, a2 upwards;
+/// a channel for each γ, named `gamma.00` for γ = 0 to `gamma.31` for γ = π.
 pub(super) fn merge_exr(table: &MergeTable) -> anyhow::Result<Vec<u8>> {
     let [width, height, depth] = table.size();
     let channels = (0..depth).map(|z| {

@@ -1,4 +1,4 @@
-//! The tables as pictures.
+//! The tables as heat maps.
 
 use std::io::Cursor;
 
@@ -6,26 +6,26 @@ use anyhow::Context;
 use aogrid_tables::{ClipTable, MergeTable};
 use image::ImageFormat;
 
-use crate::canvas::{Canvas, Colour, DIM, INK, LETTER};
+use crate::canvas::{Canvas, Color, DIM, GLYPH_SIZE, INK};
 
-/// The side of a map, in pixels.
-const SIDE: u32 = 256;
+/// Side of a map, in pixels.
+const MAP_SIDE: u32 = 256;
 const MARGIN: u32 = 24;
-/// Between maps, with room for the labels of the axes.
+/// Gap between maps, with room for the labels of the axes.
 const GAP: u32 = 48;
-/// Above and below a map.
-const LABELS: u32 = 3 * LETTER;
+/// Height of the labels above and below a map.
+const LABEL_HEIGHT: u32 = 3 * GLYPH_SIZE;
 const SCALE_HEIGHT: u32 = 12;
 
 /// A map of a function of two variables in 0..=1, with its labels.
 struct Map<'a> {
     title: String,
-    /// What runs to the right and upwards.
+    /// Labels of the axes to the right and upwards.
     axes: [&'a str; 2],
     value: Box<dyn Fn(f32, f32) -> f32 + 'a>,
 }
 
-/// AO, a' and f over a (to the right, 0 to 1) and cos β (upwards, −1 to 1).
+/// Draws AO, a' and f over a (to the right, 0 to 1) and cos β (upwards, −1 to 1).
 pub(super) fn clip(table: &ClipTable) -> anyhow::Result<Vec<u8>> {
     let map = |title: &str, channel: fn(aogrid_tables::Clip<f32>) -> f32| Map {
         title: format!("T_clip: {title}"),
@@ -40,7 +40,7 @@ pub(super) fn clip(table: &ClipTable) -> anyhow::Result<Vec<u8>> {
     draw(&maps, 3)
 }
 
-/// The union over a1 (to the right) and a2 (upwards) for six angles.
+/// Draws the union over a1 (to the right) and a2 (upwards) for six angles.
 pub(super) fn merge(table: &MergeTable) -> anyhow::Result<Vec<u8>> {
     let maps = [0_u16, 30, 60, 90, 135, 180].map(|degrees| Map {
         title: format!("T_merge: gamma = {degrees} degrees"),
@@ -52,9 +52,9 @@ pub(super) fn merge(table: &MergeTable) -> anyhow::Result<Vec<u8>> {
 
 fn draw(maps: &[Map<'_>], columns: u32) -> anyhow::Result<Vec<u8>> {
     let rows = (maps.len() as u32).div_ceil(columns);
-    let (across, down) = (SIDE + GAP, SIDE + 2 * LABELS + GAP / 2);
+    let (across, down) = (MAP_SIDE + GAP, MAP_SIDE + 2 * LABEL_HEIGHT + GAP / 2);
     let width = 2 * MARGIN + columns * across - GAP;
-    let height = 2 * MARGIN + rows * down + SCALE_HEIGHT + LABELS;
+    let height = 2 * MARGIN + rows * down + SCALE_HEIGHT + LABEL_HEIGHT;
     let mut canvas = Canvas::new(width, height);
     for (idx, map) in (0..).zip(maps) {
         let left = MARGIN + idx % columns * across;
@@ -71,36 +71,45 @@ fn draw(maps: &[Map<'_>], columns: u32) -> anyhow::Result<Vec<u8>> {
 
 fn draw_map(canvas: &mut Canvas, [left, top]: [u32; 2], map: &Map<'_>) {
     canvas.text(left, top, &map.title, INK);
-    canvas.text(left, top + LETTER + 2, &format!("up: {}", map.axes[1]), DIM);
-    let top = top + LABELS;
-    for row in 0..SIDE {
-        for column in 0..SIDE {
-            let (x, y) = (unit(column), unit(SIDE - 1 - row));
-            canvas.set(left + column, top + row, colour((map.value)(x, y)));
+    canvas.text(
+        left,
+        top + GLYPH_SIZE + 2,
+        &format!("up: {}", map.axes[1]),
+        DIM,
+    );
+    let top = top + LABEL_HEIGHT;
+    for row in 0..MAP_SIDE {
+        for column in 0..MAP_SIDE {
+            let (x, y) = (unit(column), unit(MAP_SIDE - 1 - row));
+            canvas.set(left + column, top + row, color((map.value)(x, y)));
         }
     }
     let right = format!("right: {}", map.axes[0]);
-    canvas.text(left, top + SIDE + 4, &right, DIM);
+    canvas.text(left, top + MAP_SIDE + 4, &right, DIM);
 }
 
 fn draw_scale(canvas: &mut Canvas, [left, top]: [u32; 2]) {
-    for column in 0..SIDE {
+    for column in 0..MAP_SIDE {
         for row in 0..SCALE_HEIGHT {
-            canvas.set(left + column, top + row, colour(unit(column)));
+            canvas.set(left + column, top + row, color(unit(column)));
         }
     }
-    for (x, text) in [(0, "0"), (SIDE / 2 - 12, "0.5"), (SIDE - LETTER, "1")] {
+    for (x, text) in [
+        (0, "0"),
+        (MAP_SIDE / 2 - 12, "0.5"),
+        (MAP_SIDE - GLYPH_SIZE, "1"),
+    ] {
         canvas.text(left + x, top + SCALE_HEIGHT + 4, text, DIM);
     }
 }
 
-/// A pixel of a map as 0..=1.
+/// Maps a pixel's coordinate to 0..=1.
 fn unit(pixel: u32) -> f32 {
-    pixel as f32 / (SIDE - 1) as f32
+    pixel as f32 / (MAP_SIDE - 1) as f32
 }
 
-/// 0..=1 as dark blue to yellow.
-fn colour(value: f32) -> Colour {
+/// Maps 0..=1 to the Viridis scale, dark blue to yellow.
+fn color(value: f32) -> Color {
     let colorous::Color { r, g, b } = colorous::VIRIDIS.eval_continuous(value.into());
     [r, g, b]
 }

@@ -1,4 +1,4 @@
-//! `tables`: T_clip and T_merge, by numeric integration.
+//! `tables`: T_clip and T_merge by numeric integration.
 
 mod files;
 mod heat_map;
@@ -20,13 +20,15 @@ use crate::{interrupt, npy, output};
 
 /// Generate the tables T_clip and T_merge by numeric integration
 ///
-/// Without options, writes them where the tables crate takes them from; commit the result.
+/// The tables are written into the source folder of the tables crate unless an option is given;
+/// commit the result.
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// Compare with the committed tables instead, and fail if they differ
     #[arg(long)]
     check: bool,
-    /// Print how far integration, look-ups and formats are from the closed forms
+    /// Print the errors of integration, look-ups and formats against the closed forms
     #[arg(long)]
     errors: bool,
     /// Write NPY arrays, EXR images with named channels and PNG heat maps into this folder
@@ -34,8 +36,15 @@ pub(crate) struct Args {
     out: Option<PathBuf>,
 }
 
-/// Where the tables crate takes its tables from.
-const COMMITTED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tables/src/generated");
+/// The examples at the end of `tables --help`.
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask tables --check
+  cargo xtask tables --check --errors
+  cargo xtask tables -o tables-for-numpy";
+
+/// The folder of the committed tables in the tables crate.
+const GENERATED_FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tables/src/generated");
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     interrupt::listen();
@@ -52,7 +61,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     }
     if !args.check && !args.errors && args.out.is_none() {
         for file in &files {
-            output::write(&Path::new(COMMITTED).join(file.name), &file.bytes)?;
+            output::write(&Path::new(GENERATED_FOLDER).join(file.name), &file.bytes)?;
         }
         console.note(&format!(
             "wrote {} files into tables/src/generated",
@@ -62,7 +71,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Whether the committed tables are what the integration makes.
+/// Checks that the committed tables equal the result of the integration.
 pub(crate) fn check(console: &Console) -> anyhow::Result<()> {
     let (clip, merge) = generate(console)?;
     compare(&generated_files(&clip, &merge), console)
@@ -71,18 +80,19 @@ pub(crate) fn check(console: &Console) -> anyhow::Result<()> {
 fn generate(console: &Console) -> anyhow::Result<(ClipTable, MergeTable)> {
     let bar = console.progress("T_clip");
     let rows = ClipTable::row_count(ClipTable::SIZE);
-    let clip = on_all_cores(rows, &bar, |y| ClipTable::row(ClipTable::SIZE, y))?;
+    let clip = rows_in_parallel(rows, &bar, |y| ClipTable::row(ClipTable::SIZE, y))?;
     drop(bar);
     let bar = console.progress("T_merge");
     let rows = MergeTable::row_count(MergeTable::SIZE);
-    let merge = on_all_cores(rows, &bar, |row| MergeTable::row(MergeTable::SIZE, row))?;
+    let merge = rows_in_parallel(rows, &bar, |row| MergeTable::row(MergeTable::SIZE, row))?;
     Ok((
         ClipTable::from_rows(ClipTable::SIZE, clip),
         MergeTable::from_rows(MergeTable::SIZE, merge),
     ))
 }
 
-fn on_all_cores<R: Send>(
+/// Computes `total` rows on all threads, in order.
+fn rows_in_parallel<R: Send>(
     total: usize,
     bar: &Bar,
     row: impl Fn(usize) -> R + Sync,
@@ -101,11 +111,11 @@ fn on_all_cores<R: Send>(
 
 fn compare(files: &[GeneratedFile], console: &Console) -> anyhow::Result<()> {
     for GeneratedFile { name, bytes } in files {
-        let path = Path::new(COMMITTED).join(name);
+        let path = Path::new(GENERATED_FOLDER).join(name);
         let shown = format!("tables/src/generated/{name}");
         let committed = fs::read(path).with_context(|| shown.clone())?;
         if committed != *bytes {
-            bail!("{shown} is not what the integration makes: run `cargo xtask tables`");
+            bail!("{shown} differs from the result of the integration: run `cargo xtask tables`");
         }
     }
     console.note(&format!("{} committed files are up to date", files.len()));

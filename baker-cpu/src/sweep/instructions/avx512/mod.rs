@@ -1,8 +1,9 @@
-//! x86-64 with registers of 64 bytes: sixteen vertices, edges or directions at once.
+//! The AVX-512 level: x86-64 with registers of 64 bytes; sixteen vertices, edges or directions at
+//! once.
 
 #![allow(
     unsafe_code,
-    reason = "that the machine has the instructions is known here, and not to the compiler"
+    reason = "the value of the SIMD level proves that the CPU has these instructions"
 )]
 
 mod crossings;
@@ -11,14 +12,17 @@ mod find;
 use std::arch::x86_64::*;
 
 use super::avx2::Avx2;
-use super::{Batch, Edges, Find, Levels, Mask, Row, RowSums, Steps, Tables, Texels, Vectors, Work};
+use super::{
+    Batch, BlockTexels, DeltaBuffer, EdgeBuffer, Levels, Mask, RegisterLookup, RowMoments,
+    SilhouetteChunk, SilhouetteSearch, Simd, SimdKernel,
+};
 use crate::sweep::crossings::collect as collect_rest;
 use crate::sweep::frame::LANES;
 use crate::sweep::levels::{FRACTION_BITS, FRACTIONS};
-use crate::sweep::silhouettes::Sides as EdgeSides;
+use crate::sweep::silhouettes::EdgeFacing;
 use crate::sweep::steps::delta_bits;
 
-/// The proof that the machine has what this module uses of AVX-512.
+/// A proof that the machine has the parts of AVX-512 that this module uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::sweep) struct Avx512(Avx2);
 
@@ -35,23 +39,23 @@ impl Avx512 {
     }
 }
 
-impl Vectors for Avx512 {
-    type Shares = Shares;
+impl Simd for Avx512 {
+    type Lookup = Lookup;
 
-    fn shares(self, texels: &Texels) -> Shares {
-        Tables::new(texels)
+    fn mask_lookup(self, texels: &BlockTexels) -> Lookup {
+        RegisterLookup::new(texels)
     }
 
     #[inline(always)]
-    fn add(self, shares: &Shares, masks: &[Mask], sums: RowSums<'_>) {
-        // SAFETY: the machine has the instructions, or there were no `self`.
-        unsafe { add(shares, masks, sums) }
+    fn accumulate(self, lookup: &Lookup, masks: &[Mask], moments: RowMoments<'_>) {
+        // SAFETY: a value of `Avx512` exists only on machines that have it.
+        unsafe { accumulate(lookup, masks, moments) }
     }
 
     #[inline(always)]
-    fn find(self, find: Find<'_>) {
-        // SAFETY: the machine has the instructions, or there were no `self`.
-        unsafe { find::find(find) }
+    fn find_silhouettes(self, search: SilhouetteSearch<'_>) {
+        // SAFETY: a value of `Avx512` exists only on machines that have it.
+        unsafe { find::find(search) }
     }
 
     #[inline(always)]
@@ -61,35 +65,35 @@ impl Vectors for Avx512 {
 
     #[inline(always)]
     fn ranks(self, levels: &Levels, v: &[f32], w: &[f32], ranks: &mut [i32]) {
-        // SAFETY: the machine has the instructions, or there were no `self`.
+        // SAFETY: a value of `Avx512` exists only on machines that have it.
         unsafe { fill_ranks(levels, v, w, ranks) }
     }
 
     #[inline(always)]
-    fn collect(self, row: &Row<'_>, edges: &mut Edges) {
-        // SAFETY: the machine has the instructions, or there were no `self`.
-        unsafe { collect(row, edges) }
+    fn collect(self, chunk: &SilhouetteChunk<'_>, edges: &mut EdgeBuffer) {
+        // SAFETY: a value of `Avx512` exists only on machines that have it.
+        unsafe { collect(chunk, edges) }
     }
 
     #[inline(always)]
-    fn count(self, batch: &Batch<'_>, edges: &Edges, unit: i8, steps: &mut Steps) {
-        // SAFETY: the machine has the instructions, or there were no `self`.
-        unsafe { crossings::count(batch, edges, unit, steps) }
+    fn count(self, batch: &Batch<'_>, edges: &EdgeBuffer, unit: i8, deltas: &mut DeltaBuffer) {
+        // SAFETY: a value of `Avx512` exists only on machines that have it.
+        unsafe { crossings::count(batch, edges, unit, deltas) }
     }
 }
 
 impl Avx512 {
-    pub(super) fn run<W: Work>(self, work: W) {
+    pub(super) fn run<K: SimdKernel>(self, kernel: K) {
         #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
-        fn run<W: Work>(work: W, avx512: Avx512) {
-            work.run(avx512);
+        fn run<K: SimdKernel>(kernel: K, avx512: Avx512) {
+            kernel.run(avx512);
         }
-        // SAFETY: the machine has the instructions, or there were no `self`.
-        unsafe { run(work, self) }
+        // SAFETY: a value of `Avx512` exists only on machines that have it.
+        unsafe { run(kernel, self) }
     }
 }
 
-/// Numbers with fewer are towards minus infinity, no exception is raised.
+/// Rounding towards minus infinity, without exceptions.
 const DOWN: i32 = _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC;
 const UP: i32 = _MM_FROUND_TO_POS_INF | _MM_FROUND_NO_EXC;
 
@@ -114,33 +118,33 @@ fn unsigned(from: &[u32; LANES]) -> __m512i {
     unsafe { _mm512_loadu_si512(from.as_ptr().cast()) }
 }
 
-/// Appends the chosen ones of sixteen pairs.
+/// Appends the selected ones of sixteen pairs.
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
-fn append_pairs(chosen: __mmask16, from: [__m512i; 2], to: &mut Vec<[u32; 2]>) {
+fn append_pairs(selected: __mmask16, from: [__m512i; 2], to: &mut Vec<[u32; 2]>) {
     to.reserve(LANES);
-    let chosen = chosen.to_le_bytes();
-    for (chosen, from) in chosen.into_iter().zip(from) {
-        let n = chosen.count_ones() as usize;
-        // SAFETY: there is room for the rest of sixteen pairs of eight bytes, of which the first
-        // n are chosen.
+    let selected = selected.to_le_bytes();
+    for (selected, from) in selected.into_iter().zip(from) {
+        let n = selected.count_ones() as usize;
+        // SAFETY: space is reserved for the rest of sixteen pairs of eight bytes; the first n are
+        // selected.
         unsafe {
-            let from = _mm512_maskz_compress_epi64(chosen, from);
+            let from = _mm512_maskz_compress_epi64(selected, from);
             _mm512_storeu_si512(to.as_mut_ptr().add(to.len()).cast(), from);
             to.set_len(to.len() + n);
         }
     }
 }
 
-/// Appends the chosen ones of sixteen facings.
+/// Appends the selected ones of sixteen facings.
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
-fn append_sides(chosen: __mmask16, from: __m512i, to: &mut Vec<EdgeSides>) {
+fn append_facings(selected: __mmask16, from: __m512i, to: &mut Vec<EdgeFacing>) {
     to.reserve(LANES);
-    let n = chosen.count_ones() as usize;
-    // SAFETY: there is room for sixteen numbers of two bytes, of which the first n are chosen.
+    let n = selected.count_ones() as usize;
+    // SAFETY: space is reserved for sixteen numbers of two bytes; the first n are selected.
     unsafe {
-        let from = _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32(chosen, from));
+        let from = _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32(selected, from));
         _mm256_storeu_si256(to.as_mut_ptr().add(to.len()).cast(), from);
         to.set_len(to.len() + n);
     }
@@ -148,14 +152,14 @@ fn append_sides(chosen: __mmask16, from: __m512i, to: &mut Vec<EdgeSides>) {
 
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
-fn store<T: Number>(from: __m512i, to: &mut [T; LANES]) {
+fn store<T: Scalar32>(from: __m512i, to: &mut [T; LANES]) {
     // SAFETY: sixteen numbers of four bytes are 64 bytes; they need not be aligned.
     unsafe { _mm512_storeu_si512(to.as_mut_ptr().cast(), from) }
 }
 
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
-fn load_sides(from: &[EdgeSides; LANES]) -> __m512i {
+fn load_facings(from: &[EdgeFacing; LANES]) -> __m512i {
     // SAFETY: sixteen numbers of two bytes are 32 bytes; they need not be aligned.
     unsafe { _mm512_cvtepu16_epi32(_mm256_loadu_si256(from.as_ptr().cast())) }
 }
@@ -167,41 +171,42 @@ fn load_pairs(from: &[[u32; 2]; LANES]) -> [__m512i; 2] {
     [unsigned(&halves[0]), unsigned(&halves[1])]
 }
 
-/// A register as numbers. Where it crossed a cache line, each number would be waited for.
+/// The lanes of a register, as an array. Aligned, because reads from a store that crosses a cache
+/// line would stall.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
-struct Array<T>([T; LANES]);
+struct LaneArray<T>([T; LANES]);
 
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
-fn array(from: __m512) -> Array<f32> {
-    let mut to = Array([0.0; LANES]);
+fn array(from: __m512) -> LaneArray<f32> {
+    let mut to = LaneArray([0.0; LANES]);
     store(_mm512_castps_si512(from), &mut to.0);
     to
 }
 
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
-fn int_array(from: __m512i) -> Array<u32> {
-    let mut to = Array([0; LANES]);
+fn int_array(from: __m512i) -> LaneArray<u32> {
+    let mut to = LaneArray([0; LANES]);
     store(from, &mut to.0);
     to
 }
 
-/// Four bytes of which every value is one.
-trait Number {}
-impl Number for u32 {}
-impl Number for i32 {}
-impl Number for f32 {}
+/// A four-byte type for which every bit pattern is valid.
+trait Scalar32 {}
+impl Scalar32 for u32 {}
+impl Scalar32 for i32 {}
+impl Scalar32 for f32 {}
 
-/// Asks memory for what is soon looked at.
+/// Prefetches a value that is read soon.
 #[inline(always)]
-fn fetch<T>(soon: &T) {
-    // SAFETY: fetching has no effect but on time, and SSE is part of x86-64.
-    unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(soon).cast()) }
+fn prefetch<T>(value: &T) {
+    // SAFETY: a prefetch affects timing only, and SSE is part of x86-64.
+    unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(value).cast()) }
 }
 
-/// What a step of each lane has besides the place of its column.
+/// Returns the part of each lane's delta that does not depend on its column.
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
 fn lane_deltas(delta: i8) -> __m512i {
@@ -231,7 +236,7 @@ impl Table {
         Self([ints(&halves[0]), ints(&halves[1])])
     }
 
-    /// Looks at the lowest five bits of the index.
+    /// Looks up entries by the lowest five bits of the index.
     #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
     #[inline]
     fn int(self, idx: __m512i) -> __m512i {
@@ -261,14 +266,14 @@ fn fill_ranks(levels: &Levels, v: &[f32], w: &[f32], ranks: &mut [i32]) {
     }
 }
 
-/// [`Levels::q`]: a product and a difference, and not both at once.
+/// Computes [`Levels::q`]: a product and a difference, not fused.
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
 fn q(levels: &Levels, v: __m512, w: __m512) -> __m512 {
     _mm512_sub_ps(v, _mm512_mul_ps(_mm512_set1_ps(levels.slope), w))
 }
 
-/// [`Levels::rank`]: the number of fractions below by bisection.
+/// Computes [`Levels::rank`]: counts the fractions below by bisection.
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
 fn rank(levels: &Levels, fractions: Table, q: __m512) -> __m512i {
@@ -276,12 +281,13 @@ fn rank(levels: &Levels, fractions: Table, q: __m512) -> __m512i {
     let fraction = _mm512_sub_ps(q, whole);
     let one = _mm512_set1_epi32(1);
     let mut below = _mm512_setzero_si512();
-    for step in [16, 8, 4, 2, 1] {
-        let more = _mm512_add_epi32(below, _mm512_set1_epi32(step));
-        let last = fractions.float(_mm512_sub_epi32(more, one));
+    for half in [16, 8, 4, 2, 1] {
+        let candidate = _mm512_add_epi32(below, _mm512_set1_epi32(half));
+        let last = fractions.float(_mm512_sub_epi32(candidate, one));
         let is_below = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(last, fraction);
-        below = _mm512_mask_mov_epi32(below, is_below, more);
+        below = _mm512_mask_mov_epi32(below, is_below, candidate);
     }
+    // Bisection ends at 31; one more comparison reaches 32.
     let is_below = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(fractions.float(below), fraction);
     below = _mm512_mask_add_epi32(below, is_below, below, one);
     let n = _mm512_set1_epi32(levels.n as i32);
@@ -291,95 +297,108 @@ fn rank(levels: &Levels, fractions: Table, q: __m512) -> __m512i {
     _mm512_add_epi32(whole, below)
 }
 
-/// [`crossings::collect`](crate::sweep::crossings::collect), sixteen edges at a time.
+/// Collects as [`crossings::collect`](crate::sweep::crossings::collect), sixteen edges at a time.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
 #[inline]
-fn collect(row: &Row<'_>, edges: &mut Edges) {
+fn collect(chunk: &SilhouetteChunk<'_>, edges: &mut EdgeBuffer) {
     let of_pairs = _mm512_set_epi32(30, 28, 26, 24, 22, 20, 18, 16, 14, 12, 10, 8, 6, 4, 2, 0);
     let firsts = of_pairs;
     let seconds = _mm512_add_epi32(of_pairs, _mm512_set1_epi32(1));
-    let (vertices, _) = row.vertices.as_chunks::<LANES>();
-    let (sides, _) = row.sides.as_chunks::<LANES>();
-    let whole = LANES * sides.len();
-    for (pairs, sides) in vertices.iter().zip(sides) {
+    let (vertices, _) = chunk.vertices.as_chunks::<LANES>();
+    let (facings, _) = chunk.facings.as_chunks::<LANES>();
+    let whole = LANES * facings.len();
+    for (pairs, facings) in vertices.iter().zip(facings) {
         let [a, b] = load_pairs(pairs);
         let vertices = [firsts, seconds].map(|of| _mm512_permutex2var_epi32(a, of, b));
-        // SAFETY: edges are of vertices that have ranks.
+        // SAFETY: every vertex of an edge has a rank.
         let ranks = unsafe {
             [
-                _mm512_i32gather_epi32::<4>(vertices[0], row.ranks.as_ptr().cast()),
-                _mm512_i32gather_epi32::<4>(vertices[1], row.ranks.as_ptr().cast()),
+                _mm512_i32gather_epi32::<4>(vertices[0], chunk.ranks.as_ptr().cast()),
+                _mm512_i32gather_epi32::<4>(vertices[1], chunk.ranks.as_ptr().cast()),
             ]
         };
         let crossing = _mm512_cmpneq_epi32_mask(ranks[0], ranks[1]);
         let n = edges.n;
         for end in 0..2 {
-            put(crossing, vertices[end], &mut edges.vertices[end], n);
-            put(crossing, ranks[end], &mut edges.ranks[end], n);
+            store_compressed(crossing, vertices[end], &mut edges.vertices[end], n);
+            store_compressed(crossing, ranks[end], &mut edges.ranks[end], n);
         }
-        put_sides(crossing, load_sides(sides), &mut edges.sides, n);
+        store_compressed_facings(crossing, load_facings(facings), &mut edges.facings, n);
         edges.n += crossing.count_ones() as usize;
     }
-    collect_rest(&row.after(whole), edges);
+    collect_rest(&chunk.after(whole), edges);
 }
 
-/// Puts the chosen ones of sixteen numbers at a place where there is room for all.
+/// Stores the selected ones of sixteen numbers from index `at` on, where there is space for all.
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
-fn put<T: Number, const N: usize>(chosen: __mmask16, from: __m512i, to: &mut [T; N], at: usize) {
-    let room = to[at..].first_chunk_mut::<LANES>();
-    let room = room.expect("there is room for sixteen");
-    store(_mm512_maskz_compress_epi32(chosen, from), room);
+fn store_compressed<T: Scalar32, const N: usize>(
+    selected: __mmask16,
+    from: __m512i,
+    to: &mut [T; N],
+    at: usize,
+) {
+    let slots = to[at..].first_chunk_mut::<LANES>();
+    let slots = slots.expect("sixteen slots are free");
+    store(_mm512_maskz_compress_epi32(selected, from), slots);
 }
 
-/// [`put`] of facings.
+/// Stores facings as [`store_compressed`] does.
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
-fn put_sides<const N: usize>(chosen: __mmask16, from: __m512i, to: &mut [EdgeSides; N], at: usize) {
-    let room = to[at..].first_chunk_mut::<LANES>();
-    let room: &mut [EdgeSides; LANES] = room.expect("there is room for sixteen");
-    let from = _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32(chosen, from));
+fn store_compressed_facings<const N: usize>(
+    selected: __mmask16,
+    from: __m512i,
+    to: &mut [EdgeFacing; N],
+    at: usize,
+) {
+    let slots = to[at..].first_chunk_mut::<LANES>();
+    let slots: &mut [EdgeFacing; LANES] = slots.expect("sixteen slots are free");
+    let from = _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32(selected, from));
     // SAFETY: sixteen numbers of two bytes are 32 bytes; they need not be aligned.
-    unsafe { _mm256_storeu_si256(room.as_mut_ptr().cast(), from) }
+    unsafe { _mm256_storeu_si256(slots.as_mut_ptr().cast(), from) }
 }
 
-/// The bits that choose one of a register's numbers.
-const BITS: usize = LANES.ilog2() as usize;
-type Shares = Tables<LANES, { Mask::BITS as usize / BITS }>;
+/// The number of bits that select a lane.
+const INDEX_BITS: usize = LANES.ilog2() as usize;
+type Lookup = RegisterLookup<LANES, { Mask::BITS as usize / INDEX_BITS }>;
 
 /// Adds sixteen numbers to others.
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
-fn add_to(sums: &mut [i32; LANES], more: __m512i) {
-    store(_mm512_add_epi32(ints(sums), more), sums);
+fn add_to(moments: &mut [i32; LANES], addend: __m512i) {
+    store(_mm512_add_epi32(ints(moments), addend), moments);
 }
 
-/// [`summation::Shares::add`](crate::sweep::summation::Shares::add): sixteen cells at a time, whose
-/// bits choose from registers.
+/// Adds as [`summation::MaskLookup::accumulate`](crate::sweep::summation::MaskLookup::accumulate),
+/// sixteen cells at a time. The bits of their masks select entries of tables in registers.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
 #[inline]
-fn add(shares: &Shares, masks: &[Mask], sums: RowSums<'_>) {
-    let mut sums = sums
+fn accumulate(lookup: &Lookup, masks: &[Mask], moments: RowMoments<'_>) {
+    let mut moments = moments
         .0
-        .map(|sums| sums.as_chunks_mut::<LANES>().0.iter_mut());
+        .map(|moments| moments.as_chunks_mut::<LANES>().0.iter_mut());
     for masks in masks.as_chunks::<LANES>().0 {
-        let [counts, shares_of @ ..] = sums.each_mut().map(|sums| sums.next().expect("one a mask"));
-        let mut left = unsigned(masks);
-        add_to(counts, count_ones(left));
-        let mut more = [_mm512_setzero_si512(); 4];
-        for part in &shares.0 {
-            for (more, table) in more.iter_mut().zip(part) {
-                *more = _mm512_add_epi32(*more, _mm512_permutexvar_epi32(left, ints(table)));
+        let [counts, moment_rows @ ..] = moments
+            .each_mut()
+            .map(|moments| moments.next().expect("one value per mask"));
+        let mut bits_left = unsigned(masks);
+        add_to(counts, count_ones(bits_left));
+        let mut addend = [_mm512_setzero_si512(); 4];
+        for part in &lookup.0 {
+            for (addend, table) in addend.iter_mut().zip(part) {
+                *addend =
+                    _mm512_add_epi32(*addend, _mm512_permutexvar_epi32(bits_left, ints(table)));
             }
-            left = _mm512_srli_epi32::<{ BITS as u32 }>(left);
+            bits_left = _mm512_srli_epi32::<{ INDEX_BITS as u32 }>(bits_left);
         }
-        for (sums, more) in shares_of.into_iter().zip(more) {
-            add_to(sums, more);
+        for (moments, addend) in moment_rows.into_iter().zip(addend) {
+            add_to(moments, addend);
         }
     }
 }
 
-/// The bits that are set in each of sixteen numbers.
+/// Returns the number of set bits in each of sixteen numbers.
 #[target_feature(enable = "avx512f,avx512bw,popcnt,bmi1,bmi2")]
 #[inline]
 fn count_ones(x: __m512i) -> __m512i {

@@ -1,5 +1,5 @@
-//! Modes `environment` and `environment-merge` on a GPU: the runtime's environment pass behind its
-//! occlusion or merging pass, once for diffuse surfaces and once for each gloss, told apart by a
+//! Modes `environment` and `environment-merge` on a GPU: the runtime's environment pass after its
+//! occlusion or merge pass, once for diffuse surfaces and once for each gloss, selected by a
 //! stencil.
 
 use anyhow::Context as _;
@@ -10,50 +10,50 @@ use aogrid_runtime::{
 };
 use wgpu::{TextureFormat, TextureUsages};
 
-use super::super::casters::Model;
-use super::super::environment::{Surroundings, check};
+use super::super::casters::GridShading;
+use super::super::environment::{EnvironmentLight, check};
 use super::super::{Job, Shaded, glossy};
-use super::textures::{attachment, texels, texture, write};
-use super::{Picture, within_memory};
+use super::textures::{cleared_attachment, create_texture, read_back, upload};
+use super::{Picture, catch_out_of_memory};
 use crate::scene::{Camera, Projection};
 
 const LIGHT: TextureFormat = TextureFormat::Rgba32Float;
 
 const STENCIL: TextureFormat = TextureFormat::Stencil8;
 
-/// What the stencil says of a pixel.
+/// Stencil values of pixels; the glossy materials count up from [`FIRST_GLOSSY`].
 const NO_SURFACE: u8 = 0;
 const DIFFUSE: u8 = 1;
 const FIRST_GLOSSY: u8 = 2;
 
-/// How the picture's surfaces reflect.
+/// The kinds of reflection among the picture's surfaces.
 struct Materials {
-    /// Of each pixel, what the stencil is to hold.
+    /// Stencil value of each pixel.
     stencil: Vec<u8>,
-    /// Half-angles of lobes in radians: the first one's surfaces are marked with `FIRST_GLOSSY`.
+    /// Half-angles of lobes in radians; surfaces of the first one are marked with `FIRST_GLOSSY`.
     lobes: Vec<f64>,
 }
 
 pub(in super::super) fn shade(
     job: &Job<'_>,
     gpu: &Context,
-    model: Model,
+    shading: GridShading,
 ) -> anyhow::Result<Shaded> {
     check(job)?;
-    within_memory(gpu, || {
-        let surroundings = Surroundings::new(job)?;
-        let picture = Picture::new(job, gpu, model)?;
-        let (encoder, occlusion) = match model {
-            Model::Merge => picture.merge()?,
-            Model::Occlusion | Model::Cone => {
-                picture.multiply(model, Output::TransmittanceAndAxis)?
+    catch_out_of_memory(gpu, || {
+        let environment_light = EnvironmentLight::new(job)?;
+        let picture = Picture::new(job, gpu, shading)?;
+        let (encoder, occlusion) = match shading {
+            GridShading::Merge => picture.merge()?,
+            GridShading::Occlusion | GridShading::Cone => {
+                picture.multiply(shading, Output::TransmittanceAndAxis)?
             }
         };
-        let hidden = texels(gpu, encoder, &occlusion)?;
-        let light = picture.light(&surroundings, &occlusion)?;
+        let accumulated = read_back(gpu, encoder, &occlusion)?;
+        let light = picture.light(&environment_light, &occlusion)?;
         let pixels = || picture.pixels.iter();
         Ok(Shaded {
-            occlusion: pixels().map(|&pixel| 1.0 - hidden[pixel][3]).collect(),
+            occlusion: pixels().map(|&pixel| 1.0 - accumulated[pixel][3]).collect(),
             occlusion_error: None,
             light: Some(pixels().map(|&pixel| rgb(light[pixel])).collect()),
             light_error: None,
@@ -94,10 +94,10 @@ impl Materials {
 }
 
 impl Picture<'_> {
-    /// What each pixel reflects if it is white.
+    /// Returns the radiance that each pixel reflects if it is white.
     fn light(
         &self,
-        surroundings: &Surroundings<'_>,
+        environment_light: &EnvironmentLight<'_>,
         occlusion: &wgpu::Texture,
     ) -> anyhow::Result<Vec<[f32; 4]>> {
         let Materials { stencil, lobes } = Materials::new(self)?;
@@ -107,24 +107,24 @@ impl Picture<'_> {
             clip_from_world: self.clip_from_world()?,
             eye: eye(camera.context("a picture needs a camera")?),
             lobe_half_angle: 0.0,
-            environment: surroundings.place,
-            map: &EnvironmentTexture::new(device, queue, &surroundings.map, "environment"),
+            environment: environment_light.environment,
+            map: &EnvironmentTexture::new(device, queue, &environment_light.map, "environment"),
             occlusion: &occlusion.create_view(&Default::default()),
             normals: &self.views.normals,
             positions: Some(&self.views.positions),
         };
-        let mut passes = vec![self.reflecting(Reflection::Lambertian, &frame)?];
+        let mut passes = vec![self.reflection_pass(Reflection::Lambertian, &frame)?];
         for half_angle in lobes {
             let frame = EnvironmentFrame {
                 lobe_half_angle: half_angle as f32,
                 ..frame
             };
-            passes.push(self.reflecting(Reflection::Glossy, &frame)?);
+            passes.push(self.reflection_pass(Reflection::Glossy, &frame)?);
         }
         self.draw(&stencil, &passes)
     }
 
-    fn reflecting(
+    fn reflection_pass(
         &self,
         reflection: Reflection,
         frame: &EnvironmentFrame<'_>,
@@ -135,7 +135,7 @@ impl Picture<'_> {
             reflection,
             target: LIGHT,
             blend: None,
-            depth_stencil: Some(where_marked()),
+            depth_stencil: Some(stencil_equals_reference()),
             positions: Positions::World,
             normals: Normals::Signed,
         };
@@ -144,20 +144,20 @@ impl Picture<'_> {
         Ok(pass)
     }
 
-    /// Each pass where the stencil holds its place in the list and `DIFFUSE`.
+    /// Draws each pass where the stencil equals `DIFFUSE` plus the pass's index.
     fn draw(&self, stencil: &[u8], passes: &[EnvironmentPass]) -> anyhow::Result<Vec<[f32; 4]>> {
         let gpu = self.gpu;
         let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_DST;
-        let marks = texture(gpu, "materials", self.size, STENCIL, usage);
-        write(gpu, &marks, stencil);
+        let marks = create_texture(gpu, "materials", self.size, STENCIL, usage);
+        upload(gpu, &marks, stencil);
         let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC;
-        let light = texture(gpu, "light", self.size, LIGHT, usage);
+        let light = create_texture(gpu, "light", self.size, LIGHT, usage);
         let [marks, target] = [&marks, &light].map(|t| t.create_view(&Default::default()));
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
         let mut render_pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("light"),
-            color_attachments: &[Some(attachment(&target, wgpu::Color::BLACK))],
-            // No operations: it is only read.
+            color_attachments: &[Some(cleared_attachment(&target, wgpu::Color::BLACK))],
+            // The stencil is only read.
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &marks,
                 depth_ops: None,
@@ -170,12 +170,12 @@ impl Picture<'_> {
             pass.draw(&mut render_pass);
         }
         drop(render_pass);
-        texels(gpu, encoder, &light)
+        read_back(gpu, encoder, &light)
     }
 }
 
-/// Draws where the stencil holds the reference, and leaves it as it is.
-fn where_marked() -> wgpu::DepthStencilState {
+/// Returns a state that draws where the stencil equals the reference and leaves it unchanged.
+fn stencil_equals_reference() -> wgpu::DepthStencilState {
     let face = wgpu::StencilFaceState {
         compare: wgpu::CompareFunction::Equal,
         ..wgpu::StencilFaceState::IGNORE
@@ -194,7 +194,7 @@ fn where_marked() -> wgpu::DepthStencilState {
     }
 }
 
-/// Where the viewer is, and 1; or in which direction, and 0.
+/// Returns the viewer in homogeneous coordinates: a position and 1, or a direction and 0.
 fn eye(camera: &Camera) -> [f32; 4] {
     let eye = match camera.projection {
         Projection::Perspective { .. } => camera.position.extend(1.0),

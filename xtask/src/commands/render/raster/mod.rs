@@ -1,4 +1,4 @@
-//! Modes `occlusion`, `cone` and `merge` on a GPU: the runtime's raster passes over the picture's
+//! Modes `occlusion`, `cone` and `merge` on a GPU by the runtime's raster passes over the picture's
 //! G-buffer.
 
 pub(super) mod environment;
@@ -17,8 +17,8 @@ use aogrid_runtime::{
 };
 use wgpu::{TextureFormat, TextureUsages};
 
-use self::textures::{Views, attachment, texels, texture};
-use super::casters::{self, Caster, Model, as_instance, casters, place};
+use self::textures::{Views, cleared_attachment, create_texture, read_back};
+use super::casters::{self, Caster, GridShading, casters, describe, runtime_instance};
 use super::{Job, Shaded};
 
 /// A scene's picture and its occluders, on the GPU.
@@ -26,27 +26,28 @@ struct Picture<'a> {
     job: &'a Job<'a>,
     gpu: &'a Context,
     size: [u32; 2],
-    /// The pixel of each receiver.
+    /// Pixel of each receiver.
     pixels: &'a [usize],
     views: Views,
     occluders: Vec<(GridTexture, Instance)>,
 }
 
-/// Its inverse must exist, and that is all: nothing is tested against depths.
-const NEAR_AND_FAR: [f64; 2] = [1.0, 2.0];
+/// Near and far plane of the projection. The values do not matter, since there is no depth test;
+/// the matrix must only be invertible.
+const CLIP_RANGE: [f64; 2] = [1.0, 2.0];
 
-pub(super) fn shade(job: &Job<'_>, gpu: &Context, model: Model) -> anyhow::Result<Shaded> {
-    within_memory(gpu, || {
-        let picture = Picture::new(job, gpu, model)?;
-        let transmittance = picture.transmittance(model)?;
+pub(super) fn shade(job: &Job<'_>, gpu: &Context, shading: GridShading) -> anyhow::Result<Shaded> {
+    catch_out_of_memory(gpu, || {
+        let picture = Picture::new(job, gpu, shading)?;
+        let transmittance = picture.transmittance(shading)?;
         let pixels = picture.pixels.iter();
         let occlusion = pixels.map(|&pixel| 1.0 - transmittance[pixel]);
-        casters::shaded(job, occlusion.collect())
+        casters::with_light(job, occlusion.collect())
     })
 }
 
-/// Says so where the GPU's memory is not enough.
-fn within_memory(
+/// Runs `shade` and turns an out-of-memory condition of the GPU into an error.
+fn catch_out_of_memory(
     gpu: &Context,
     shade: impl FnOnce() -> anyhow::Result<Shaded>,
 ) -> anyhow::Result<Shaded> {
@@ -64,7 +65,7 @@ fn within_memory(
 }
 
 impl<'a> Picture<'a> {
-    fn new(job: &'a Job<'a>, gpu: &'a Context, model: Model) -> anyhow::Result<Self> {
+    fn new(job: &'a Job<'a>, gpu: &'a Context, shading: GridShading) -> anyhow::Result<Self> {
         let picture = job.target.picture.as_ref();
         let (gbuffer, pixels) = picture.context("receivers of a list are not in a picture")?;
         Ok(Self {
@@ -72,41 +73,43 @@ impl<'a> Picture<'a> {
             gpu,
             size: gbuffer.size,
             pixels,
-            occluders: occluders(job, gpu, &casters(job, model)?)?,
+            occluders: occluders(job, gpu, &casters(job, shading)?)?,
             views: Views::new(job, gpu, gbuffer, pixels),
         })
     }
 
-    /// What is left of each pixel.
-    fn transmittance(&self, model: Model) -> anyhow::Result<Vec<f32>> {
-        let ((encoder, texture), channel) = match model {
-            Model::Merge => (self.merge()?, 3),
-            Model::Occlusion | Model::Cone => (self.multiply(model, Output::Transmittance)?, 0),
+    /// Returns the transmittance 1 − AO of each pixel.
+    fn transmittance(&self, shading: GridShading) -> anyhow::Result<Vec<f32>> {
+        let ((encoder, texture), channel) = match shading {
+            GridShading::Merge => (self.merge()?, 3),
+            GridShading::Occlusion | GridShading::Cone => {
+                (self.multiply(shading, Output::Transmittance)?, 0)
+            }
         };
-        let texels = texels(self.gpu, encoder, &texture)?;
+        let texels = read_back(self.gpu, encoder, &texture)?;
         Ok(texels.into_iter().map(|texel| texel[channel]).collect())
     }
 
-    /// Records all occluders, multiplied, and where to.
+    /// Records all occluders, multiplied, and returns the commands and their target.
     fn multiply(
         &self,
-        model: Model,
+        shading: GridShading,
         output: Output,
     ) -> anyhow::Result<(wgpu::CommandEncoder, wgpu::Texture)> {
         let usage = TextureUsages::RENDER_ATTACHMENT
             | TextureUsages::COPY_SRC
             | TextureUsages::TEXTURE_BINDING;
-        let format = self.widest(output);
-        let target = texture(self.gpu, "occlusion", self.size, format, usage);
+        let format = self.widest_format(output);
+        let target = create_texture(self.gpu, "occlusion", self.size, format, usage);
         let view = target.create_view(&Default::default());
-        let passes = self.passes(model, output)?;
+        let passes = self.passes(shading, output)?;
         let mut encoder = self
             .gpu
             .device()
             .create_command_encoder(&Default::default());
         let mut render_pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("occlusion"),
-            color_attachments: &[Some(attachment(&view, open(output)))],
+            color_attachments: &[Some(cleared_attachment(&view, clear_color(output)))],
             ..Default::default()
         });
         passes.iter().for_each(|pass| pass.draw(&mut render_pass));
@@ -114,8 +117,9 @@ impl<'a> Picture<'a> {
         Ok((encoder, target))
     }
 
-    /// Grids may differ in what they hold. Multiplication commutes: a pass for each kind.
-    fn passes(&self, model: Model, output: Output) -> anyhow::Result<Vec<OcclusionPass>> {
+    /// Returns a pass for each encoding among the grids; the order does not matter since
+    /// multiplication commutes.
+    fn passes(&self, shading: GridShading, output: Output) -> anyhow::Result<Vec<OcclusionPass>> {
         let mut passes = vec![];
         for encoding in [Encoding::Cone, Encoding::Occlusion] {
             let occluders = self.occluders.iter();
@@ -128,12 +132,12 @@ impl<'a> Picture<'a> {
             }
             let descriptor = OcclusionPassDescriptor {
                 label: "render".into(),
-                mode: match model {
-                    Model::Occlusion => Mode::Occlusion,
-                    Model::Cone | Model::Merge => Mode::Cone,
+                mode: match shading {
+                    GridShading::Occlusion => Mode::Occlusion,
+                    GridShading::Cone | GridShading::Merge => Mode::Cone,
                 },
                 output,
-                target: self.widest(output),
+                target: self.widest_format(output),
                 positions: Positions::World,
                 normals: Normals::Signed,
                 receivers: Receivers::IdsAndLayers,
@@ -149,7 +153,8 @@ impl<'a> Picture<'a> {
         Ok(passes)
     }
 
-    /// Records all occluders, their cones united in the scene's order, and where the result is.
+    /// Records all occluders, merged in the scene's order, and returns the commands and their
+    /// target.
     fn merge(&self) -> anyhow::Result<(wgpu::CommandEncoder, wgpu::Texture)> {
         let occluders = self.occluders.iter();
         let occluders: Vec<_> = occluders
@@ -189,13 +194,13 @@ impl<'a> Picture<'a> {
     fn clip_from_world(&self) -> anyhow::Result<[[f32; 4]; 4]> {
         let camera = self.job.scene.camera.as_ref();
         let camera = camera.context("a picture needs a camera")?;
-        let [near, far] = NEAR_AND_FAR;
+        let [near, far] = CLIP_RANGE;
         let clip_from_world = camera.clip_from_world(near, far).as_mat4();
         Ok(clip_from_world.to_cols_array_2d())
     }
 
-    /// The widest format that the device can multiply into.
-    fn widest(&self, output: Output) -> TextureFormat {
+    /// Returns the widest format that the device can blend into.
+    fn widest_format(&self, output: Output) -> TextureFormat {
         let features = self.gpu.device().features();
         let blends = features.contains(wgpu::Features::FLOAT32_BLENDABLE);
         match (output, blends) {
@@ -207,14 +212,15 @@ impl<'a> Picture<'a> {
     }
 }
 
-/// Nothing hidden.
-fn open(output: Output) -> wgpu::Color {
+/// Returns the clear color that stands for no occlusion.
+fn clear_color(output: Output) -> wgpu::Color {
     match output {
         Output::Transmittance => wgpu::Color::WHITE,
         Output::TransmittanceAndAxis => wgpu::Color::BLACK,
     }
 }
 
+/// Uploads the casters' grids, each once, and returns them with their instances.
 fn occluders(
     job: &Job<'_>,
     gpu: &Context,
@@ -230,7 +236,7 @@ fn occluders(
                 entry.insert(GridTexture::new(device, queue, &caster.grid, label)?)
             }
         };
-        let mut instance = as_instance(caster.instance);
+        let mut instance = runtime_instance(caster.instance);
         let excludes = &caster.instance.excludes;
         ensure!(
             excludes.len() <= instance.excluded.len(),
@@ -243,6 +249,6 @@ fn occluders(
     };
     casters
         .iter()
-        .map(|caster| occluder(caster).with_context(|| place(job, caster.instance)))
+        .map(|caster| occluder(caster).with_context(|| describe(job, caster.instance)))
         .collect()
 }

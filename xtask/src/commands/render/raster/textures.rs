@@ -1,14 +1,14 @@
-//! A picture's G-buffer as textures, and textures back as numbers.
+//! Upload of a picture's G-buffer to textures, and read-back of textures.
 
 use aogrid_baker_gpu::Context;
 use aogrid_runtime::{AOGRID_NO_OBJECT, wgpu};
 use wgpu::{TextureFormat, TextureUsages};
 
 use super::super::Job;
-use super::super::casters::layers;
+use super::super::casters::receiver_layers;
 use crate::scene::GBuffer;
 
-/// What the passes read of a picture.
+/// The G-buffer textures that the passes read.
 pub(super) struct Views {
     pub positions: wgpu::TextureView,
     pub normals: wgpu::TextureView,
@@ -16,10 +16,10 @@ pub(super) struct Views {
 }
 
 impl Views {
-    /// What the twin reads, too: receivers are where rays would start.
+    /// Uploads the same points that the CPU twin shades, which are lifted off their surfaces.
     pub(super) fn new(job: &Job<'_>, gpu: &Context, gbuffer: &GBuffer, pixels: &[usize]) -> Self {
-        let layers = layers(job);
-        // NaN is in no box.
+        let layers = receiver_layers(job);
+        // Pixels without a surface get NaN, which lies in no occluder's box.
         let mut positions = vec![[f32::NAN; 4]; gbuffer.ids.len()];
         let mut normals = vec![[0.0; 4]; gbuffer.ids.len()];
         let mut receivers = vec![[AOGRID_NO_OBJECT, 0]; gbuffer.ids.len()];
@@ -33,8 +33,8 @@ impl Views {
         }
         let view = |label, format, texels: &[u8]| {
             let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
-            let texture = texture(gpu, label, gbuffer.size, format, usage);
-            write(gpu, &texture, texels);
+            let texture = create_texture(gpu, label, gbuffer.size, format, usage);
+            upload(gpu, &texture, texels);
             texture.create_view(&wgpu::TextureViewDescriptor::default())
         };
         let floats = TextureFormat::Rgba32Float;
@@ -50,7 +50,7 @@ impl Views {
     }
 }
 
-pub(super) fn texture(
+pub(super) fn create_texture(
     gpu: &Context,
     label: &str,
     [width, height]: [u32; 2],
@@ -73,8 +73,8 @@ pub(super) fn texture(
     })
 }
 
-/// Fills a texture, row by row from the top.
-pub(super) fn write(gpu: &Context, texture: &wgpu::Texture, texels: &[u8]) {
+/// Fills a texture with rows from the top.
+pub(super) fn upload(gpu: &Context, texture: &wgpu::Texture, texels: &[u8]) {
     let size = texture.size();
     let layout = wgpu::TexelCopyBufferLayout {
         bytes_per_row: Some(texels.len() as u32 / size.height),
@@ -84,8 +84,8 @@ pub(super) fn write(gpu: &Context, texture: &wgpu::Texture, texels: &[u8]) {
     gpu.queue().write_texture(whole, texels, layout, size);
 }
 
-/// A target that is cleared first.
-pub(super) fn attachment(
+/// Returns a color attachment that is cleared first.
+pub(super) fn cleared_attachment(
     view: &wgpu::TextureView,
     clear: wgpu::Color,
 ) -> wgpu::RenderPassColorAttachment<'_> {
@@ -100,13 +100,14 @@ pub(super) fn attachment(
     }
 }
 
-/// Submits what was recorded and copies a texture of half or single floats out, row by row;
-/// channels that it has not are 0.
-pub(super) fn texels(
+/// Submits the recorded commands and reads a texture of half or single floats back, row by row.
+/// Missing channels are 0.
+pub(super) fn read_back(
     gpu: &Context,
     mut encoder: wgpu::CommandEncoder,
     texture: &wgpu::Texture,
 ) -> anyhow::Result<Vec<[f32; 4]>> {
+    // Rows in a buffer are padded to wgpu's alignment; the padding is skipped below.
     let (size, format) = (texture.size(), texture.format());
     let texel = format.block_copy_size(None).unwrap_or(4);
     let row = size.width * texel;
@@ -135,6 +136,7 @@ pub(super) fn texels(
     Ok(texels.map(|texel| floats(texel, channels)).collect())
 }
 
+/// Decodes a texel of half or single floats.
 fn floats(texel: &[u8], channels: usize) -> [f32; 4] {
     let mut found = [0.0; 4];
     let channel = texel.chunks_exact(texel.len() / channels);
