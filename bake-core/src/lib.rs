@@ -2,8 +2,8 @@
 //! directions, options, moments, and the post-processing of moments to a grid.
 //!
 //! ```
-//! use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, samples};
-//! let mesh = samples::Sample::Table.mesh(None)?;
+//! use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, models};
+//! let mesh = models::Model::Table.mesh(None)?;
 //! let spec = Placement::default().place(&mesh.bounds())?;
 //! assert_eq!(spec.resolution(), [32; 3]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -28,24 +28,24 @@
 //! with [`BakeOptions`] → [`RawGrid`] → [`post::finish`] → `Grid`, which is written to a file. An
 //! [`Observer`] reports a bake's progress to the caller, who may cancel it.
 
+mod algorithm;
 pub mod cube_face;
 mod face_bits;
 mod face_sums;
-mod kernel;
 pub mod layers;
+pub mod models;
 mod observer;
 mod options;
 mod placement;
 pub mod post;
 pub mod prepared;
 mod raw_grid;
-pub mod samples;
 
 pub mod mesh;
 
+pub use algorithm::{Algorithm, RayFallbackReason};
 pub use face_bits::FaceBits;
 pub use face_sums::{FaceSums, FixedTexel, fixed_texels};
-pub use kernel::{Kernel, WhyRays};
 pub use layers::SignedLayers;
 pub use mesh::TriangleMesh;
 pub use observer::{Observer, Progress, UNOBSERVED};

@@ -1,7 +1,7 @@
 //! The options of a bake.
 
 use aogrid_grid_format::{
-    BoundaryMode, Encoding, FACE_SIZES, GridSpec, Interior, Method, RAY_COUNTS, TexelFormat,
+    BoundaryMode, Encoding, FACE_SIZES, GridSpec, Interior, RAY_COUNTS, Sampling, TexelFormat,
 };
 
 use crate::{PreparedMesh, SignedLayers, TriangleMesh};
@@ -12,7 +12,7 @@ use crate::{PreparedMesh, SignedLayers, TriangleMesh};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BakeOptions {
     /// The sampling of visibility.
-    pub method: Method,
+    pub sampling: Sampling,
     /// Distance in object units beyond which occluders are ignored; `None` for unlimited.
     pub max_distance: Option<f32>,
     /// Offset of the sample point from the cell's center, in cells, each component within ±½.
@@ -54,7 +54,7 @@ impl BakeOptions {
     /// in 8 bits, as in the papers; the interior is filled, also that of meshes with holes.
     pub fn recommended() -> Self {
         Self {
-            method: Method::Faces { size: 16 },
+            sampling: Sampling::CubeFaces { size: 16 },
             max_distance: None,
             sample_offset: Self::SAMPLE_OFFSET,
             interior: Interior::Signed,
@@ -83,11 +83,11 @@ impl BakeOptions {
     ///
     /// An option is out of range; the error names the first one.
     pub fn validate(&self) -> Result<(), OptionsError> {
-        match self.method {
-            Method::Faces { size } if !self.method.is_in_range() => {
+        match self.sampling {
+            Sampling::CubeFaces { size } if !self.sampling.is_in_range() => {
                 return Err(OptionsError::FaceSize(size));
             }
-            Method::Rays { count, .. } if !self.method.is_in_range() => {
+            Sampling::MonteCarlo { count, .. } if !self.sampling.is_in_range() => {
                 return Err(OptionsError::RayCount(count));
             }
             _ => {}
@@ -118,10 +118,10 @@ mod tests {
             change(&mut options);
             options.validate().unwrap_err()
         };
-        let faces = with(|o| o.method = Method::Faces { size: 7 });
+        let faces = with(|o| o.sampling = Sampling::CubeFaces { size: 7 });
         assert_eq!(faces, OptionsError::FaceSize(7));
         assert_eq!(faces.to_string(), "face size 7 is outside 8..=128 texels");
-        let rays = with(|o| o.method = Method::Rays { count: 0, seed: 1 });
+        let rays = with(|o| o.sampling = Sampling::MonteCarlo { count: 0, seed: 1 });
         assert_eq!(rays, OptionsError::RayCount(0));
         let far = with(|o| o.max_distance = Some(f32::INFINITY));
         assert_eq!(far, OptionsError::MaxDistance(f32::INFINITY));

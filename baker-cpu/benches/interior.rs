@@ -10,7 +10,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use aogrid_bake_core::mesh::{self, LoadedMesh};
-use aogrid_bake_core::{BakeOptions, Kernel, Placement, UNOBSERVED};
+use aogrid_bake_core::{Algorithm, BakeOptions, Placement, UNOBSERVED};
 use aogrid_baker_cpu::Baker;
 use aogrid_grid_format::Interior;
 
@@ -47,7 +47,7 @@ fn times(loaded: &LoadedMesh) -> Result<[[f64; 2]; 2], Box<dyn std::error::Error
         interior,
         ..BakeOptions::recommended()
     });
-    let mut baker = Baker::new(Some(Kernel::Sweep));
+    let mut baker = Baker::new(Some(Algorithm::DirectionSweep));
     let mut times = [Vec::new(), Vec::new()];
     for pair in 0..=PAIRS {
         for (options, times) in options.iter().zip(&mut times) {

@@ -7,11 +7,11 @@ use aogrid_bake_core::cube_face::texels;
 use aogrid_bake_core::{BakeOptions, Moments, Observer, OptionsError, Progress};
 use aogrid_bake_core::{FaceSums, FixedTexel, fixed_texels};
 use aogrid_bake_core::{RawGrid, TriangleMesh};
-use aogrid_grid_format::{GridSpec, Method};
+use aogrid_grid_format::{GridSpec, Sampling};
 use rayon::prelude::*;
 
 use crate::monte_carlo::CellDirections;
-use crate::{Baker, Occluder, WhyRays};
+use crate::{Baker, RayFallbackReason, RayScene};
 
 /// The reason that a bake failed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -25,7 +25,7 @@ pub enum BakeError {
     Cancelled,
     /// The direction sweep was requested, but only ray casting supports this bake.
     #[error("the sweep cannot bake this: {0}")]
-    NoSweep(WhyRays),
+    NoSweep(RayFallbackReason),
 }
 
 /// Bakes the moments of every cell of `spec` around `mesh` and reports progress to `observer`.
@@ -46,7 +46,7 @@ pub fn bake(
     baker.prepare(mesh, spec, options)?.bake(observer)
 }
 
-impl Occluder {
+impl RayScene {
     /// Bakes a grid around this occluder's mesh by ray casting; see [`bake()`].
     ///
     /// The result has no signed layers; [`BakeOptions::layers`] computes them.
@@ -62,16 +62,16 @@ impl Occluder {
     ) -> Result<RawGrid, BakeError> {
         options.validate()?;
         let sampler = Sampler::new(self, &spec, options);
-        let directions = options.method.directions();
-        let cells = match options.method {
-            Method::Faces { size } => {
+        let directions = options.sampling.directions();
+        let cells = match options.sampling {
+            Sampling::CubeFaces { size } => {
                 let rays = face_rays(size);
                 for_each_cell(&spec, observer, |idx| {
                     let sums = sampler.cube_faces(idx, &rays);
                     (sums.moments(directions), sums.count)
                 })
             }
-            Method::Rays { count, seed } => for_each_cell(&spec, observer, |idx| {
+            Sampling::MonteCarlo { count, seed } => for_each_cell(&spec, observer, |idx| {
                 let unit_directions = CellDirections::new(seed, idx).take(count as usize);
                 sampler.monte_carlo(idx, unit_directions, count)
             }),
@@ -98,7 +98,7 @@ fn face_rays(size: u32) -> Vec<([f64; 3], FixedTexel)> {
 
 /// The sample positions of a grid and the rays traced from them.
 struct Sampler<'a> {
-    occluder: &'a Occluder,
+    occluder: &'a RayScene,
     spec: &'a GridSpec,
     sample_offset: [f64; 3],
     /// The offset from the center of the mesh to the center of the grid, in object space; zero
@@ -108,7 +108,7 @@ struct Sampler<'a> {
 }
 
 impl<'a> Sampler<'a> {
-    fn new(occluder: &'a Occluder, spec: &'a GridSpec, options: &BakeOptions) -> Self {
+    fn new(occluder: &'a RayScene, spec: &'a GridSpec, options: &BakeOptions) -> Self {
         let [grid, mesh] = [spec.center().map(f64::from), occluder.center()];
         Self {
             occluder,
@@ -197,13 +197,13 @@ fn for_each_cell(
 mod tests {
     use std::ops::ControlFlow;
 
-    use aogrid_bake_core::samples::Sample;
+    use aogrid_bake_core::models::Model;
     use aogrid_bake_core::{Placement, UNOBSERVED};
 
     use super::*;
 
     fn coarse() -> (TriangleMesh, GridSpec, BakeOptions) {
-        let mesh = Sample::Table.mesh(None).unwrap();
+        let mesh = Model::Table.mesh(None).unwrap();
         let placement = Placement {
             resolution: [12, 9, 10],
             ..Placement::default()
@@ -232,14 +232,14 @@ mod tests {
     #[test]
     fn results_do_not_depend_on_the_number_of_threads() {
         let (mesh, spec, mut options) = coarse();
-        for method in [
-            Method::Faces { size: 8 },
-            Method::Rays {
+        for sampling in [
+            Sampling::CubeFaces { size: 8 },
+            Sampling::MonteCarlo {
                 count: 100,
                 seed: 7,
             },
         ] {
-            options.method = method;
+            options.sampling = sampling;
             let with = |threads| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
                 let bake = || bake(&mesh, spec, &options, UNOBSERVED).unwrap();
@@ -253,7 +253,7 @@ mod tests {
     fn equal_seeds_repeat_and_different_seeds_differ() {
         let (mesh, spec, mut options) = coarse();
         let mut with = |seed| {
-            options.method = Method::Rays { count: 64, seed };
+            options.sampling = Sampling::MonteCarlo { count: 64, seed };
             bake(&mesh, spec, &options, UNOBSERVED).unwrap()
         };
         assert_eq!(with(1), with(1));
@@ -284,14 +284,14 @@ mod tests {
             seen.fetch_add(1, Ordering::Relaxed);
             ControlFlow::Continue(())
         };
-        Occluder::new(&mesh).bake(spec, &options, &count).unwrap();
+        RayScene::new(&mesh).bake(spec, &options, &count).unwrap();
         assert_eq!(seen.into_inner(), 1080);
 
         let stop = |progress: Progress| match progress.done < 10 {
             true => ControlFlow::Continue(()),
             false => ControlFlow::Break(()),
         };
-        let stopped = Occluder::new(&mesh).bake(spec, &options, &stop);
+        let stopped = RayScene::new(&mesh).bake(spec, &options, &stop);
         assert_eq!(stopped, Err(BakeError::Cancelled));
     }
 

@@ -1,15 +1,16 @@
 //! The CPU baker: chooses between the direction sweep and ray casting.
 
 use aogrid_bake_core::{
-    BakeOptions, Kernel, Observer, PreparedMesh, RawGrid, SignedLayers, TriangleMesh, WhyRays,
+    Algorithm, BakeOptions, Observer, PreparedMesh, RawGrid, RayFallbackReason, SignedLayers,
+    TriangleMesh,
 };
-use aogrid_grid_format::{GridSpec, Method};
+use aogrid_grid_format::{GridSpec, Sampling};
 
-use crate::{BakeError, Occluder, Sweeper};
+use crate::{BakeError, RayScene, Sweeper};
 
 /// Bakes by the direction sweep or by ray casting, and keeps its buffers for later bakes.
 pub struct Baker {
-    requested: Option<Kernel>,
+    requested: Option<Algorithm>,
     sweeper: Sweeper,
 }
 
@@ -18,7 +19,7 @@ pub struct Prepared<'a> {
     spec: GridSpec,
     options: &'a BakeOptions,
     algorithm: PreparedAlgorithm<'a>,
-    why_rays: Option<WhyRays>,
+    fallback_reason: Option<RayFallbackReason>,
 }
 
 /// The prepared data of each algorithm.
@@ -29,7 +30,7 @@ enum PreparedAlgorithm<'a> {
         size: u32,
     },
     Rays {
-        occluder: Occluder,
+        occluder: RayScene,
         layers: Option<SignedLayers>,
     },
 }
@@ -37,12 +38,12 @@ enum PreparedAlgorithm<'a> {
 impl Baker {
     /// Creates a baker that uses the given algorithm, or with `None` the direction sweep wherever
     /// it is supported and faster.
-    pub fn new(requested: Option<Kernel>) -> Self {
+    pub fn new(requested: Option<Algorithm>) -> Self {
         Self::with_sweeper(requested, Sweeper::new())
     }
 
     /// Creates a baker like [`Baker::new`], but with an existing sweeper.
-    pub fn with_sweeper(requested: Option<Kernel>, sweeper: Sweeper) -> Self {
+    pub fn with_sweeper(requested: Option<Algorithm>, sweeper: Sweeper) -> Self {
         Self { requested, sweeper }
     }
 
@@ -60,11 +61,11 @@ impl Baker {
     ) -> Result<Prepared<'a>, BakeError> {
         options.validate()?;
         let rays = || PreparedAlgorithm::Rays {
-            occluder: Occluder::new(mesh),
+            occluder: RayScene::new(mesh),
             layers: options.layers(mesh, spec),
         };
-        let (algorithm, why_rays) = match self.requested {
-            Some(Kernel::Rays) => (rays(), None),
+        let (algorithm, fallback_reason) = match self.requested {
+            Some(Algorithm::RayCasting) => (rays(), None),
             requested => match prepare_sweep(mesh, spec, options, requested.is_none()) {
                 Ok((mesh, size)) => {
                     let sweeper = &mut self.sweeper;
@@ -83,7 +84,7 @@ impl Baker {
             spec,
             options,
             algorithm,
-            why_rays,
+            fallback_reason,
         })
     }
 }
@@ -95,15 +96,15 @@ fn prepare_sweep(
     spec: GridSpec,
     options: &BakeOptions,
     only_if_faster: bool,
-) -> Result<(PreparedMesh, u32), WhyRays> {
-    let size = match (WhyRays::of_options(options), options.method) {
-        (None, Method::Faces { size }) => size,
+) -> Result<(PreparedMesh, u32), RayFallbackReason> {
+    let size = match (RayFallbackReason::of_options(options), options.sampling) {
+        (None, Sampling::CubeFaces { size }) => size,
         (Some(why), _) => return Err(why),
-        (None, Method::Rays { .. }) => return Err(WhyRays::MonteCarlo),
+        (None, Sampling::MonteCarlo { .. }) => return Err(RayFallbackReason::MonteCarlo),
     };
     let prepared =
-        PreparedMesh::new(mesh, spec, options.sample_offset).map_err(WhyRays::Prepare)?;
-    match WhyRays::of_counts(prepared.lone_edges().len()) {
+        PreparedMesh::new(mesh, spec, options.sample_offset).map_err(RayFallbackReason::Prepare)?;
+    match RayFallbackReason::of_counts(prepared.boundary_edges().len()) {
         Some(why) if only_if_faster => Err(why),
         _ => Ok((prepared, size)),
     }
@@ -111,17 +112,17 @@ fn prepare_sweep(
 
 impl Prepared<'_> {
     /// Returns the algorithm that finds visibility.
-    pub fn kernel(&self) -> Kernel {
+    pub fn algorithm(&self) -> Algorithm {
         match self.algorithm {
-            PreparedAlgorithm::Sweep { .. } => Kernel::Sweep,
-            PreparedAlgorithm::Rays { .. } => Kernel::Rays,
+            PreparedAlgorithm::Sweep { .. } => Algorithm::DirectionSweep,
+            PreparedAlgorithm::Rays { .. } => Algorithm::RayCasting,
         }
     }
 
     /// Returns the reason for ray casting, if the baker fell back to it. `None` if the algorithm
     /// was requested or is the direction sweep.
-    pub fn why_rays(&self) -> Option<&WhyRays> {
-        self.why_rays.as_ref()
+    pub fn fallback_reason(&self) -> Option<&RayFallbackReason> {
+        self.fallback_reason.as_ref()
     }
 
     /// Bakes the grid. The result is bit-identical for any number of threads.
@@ -152,7 +153,7 @@ impl Prepared<'_> {
 
 #[cfg(test)]
 mod tests {
-    use aogrid_bake_core::samples::Sample;
+    use aogrid_bake_core::models::Model;
     use aogrid_bake_core::{Extent, Placement, UNOBSERVED};
 
     use super::*;
@@ -165,7 +166,7 @@ mod tests {
 
     #[test]
     fn the_sweep_is_used_where_it_is_supported() {
-        let mesh = Sample::Table.mesh(None).unwrap();
+        let mesh = Model::Table.mesh(None).unwrap();
         let placed = spec(&mesh, Extent::Epsilon(0.1));
         let faces = BakeOptions::recommended();
         let near = BakeOptions {
@@ -173,46 +174,52 @@ mod tests {
             ..faces
         };
         let random = BakeOptions {
-            method: Method::Rays { count: 10, seed: 1 },
+            sampling: Sampling::MonteCarlo { count: 10, seed: 1 },
             ..faces
         };
         let tiny = spec(&mesh, Extent::HalfExtents([1e-4; 3]));
         let why = |spec, options: &BakeOptions| {
             let mut baker = Baker::new(None);
             let mut prepared = baker.prepare(&mesh, spec, options).unwrap();
-            let expected = match prepared.why_rays() {
-                None => Kernel::Sweep,
-                Some(_) => Kernel::Rays,
+            let expected = match prepared.fallback_reason() {
+                None => Algorithm::DirectionSweep,
+                Some(_) => Algorithm::RayCasting,
             };
-            assert_eq!(prepared.kernel(), expected);
+            assert_eq!(prepared.algorithm(), expected);
             prepared.bake(UNOBSERVED).unwrap();
-            prepared.why_rays().cloned()
+            prepared.fallback_reason().cloned()
         };
         assert_eq!(why(placed, &faces), None);
-        assert_eq!(why(placed, &near), Some(WhyRays::MaxDistance));
-        assert_eq!(why(placed, &random), Some(WhyRays::MonteCarlo));
-        assert!(matches!(why(tiny, &faces), Some(WhyRays::Prepare(_))));
-        assert!(WhyRays::of_counts(14_000_000).is_none());
-        assert!(WhyRays::of_counts(16_000_000).is_some());
+        assert_eq!(why(placed, &near), Some(RayFallbackReason::MaxDistance));
+        assert_eq!(why(placed, &random), Some(RayFallbackReason::MonteCarlo));
+        assert!(matches!(
+            why(tiny, &faces),
+            Some(RayFallbackReason::Prepare(_))
+        ));
+        assert!(RayFallbackReason::of_counts(14_000_000).is_none());
+        assert!(RayFallbackReason::of_counts(16_000_000).is_some());
     }
 
     #[test]
     fn a_requested_algorithm_is_used_or_refused() {
-        let mesh = Sample::Table.mesh(None).unwrap();
+        let mesh = Model::Table.mesh(None).unwrap();
         let placed = spec(&mesh, Extent::Epsilon(0.1));
         let faces = BakeOptions::recommended();
         let kernel = |requested| {
             let mut baker = Baker::new(Some(requested));
-            baker.prepare(&mesh, placed, &faces).unwrap().kernel()
+            baker.prepare(&mesh, placed, &faces).unwrap().algorithm()
         };
-        assert_eq!(kernel(Kernel::Sweep), Kernel::Sweep);
-        assert_eq!(kernel(Kernel::Rays), Kernel::Rays);
+        assert_eq!(kernel(Algorithm::DirectionSweep), Algorithm::DirectionSweep);
+        assert_eq!(kernel(Algorithm::RayCasting), Algorithm::RayCasting);
         let near = BakeOptions {
             max_distance: Some(1.0),
             ..faces
         };
-        let mut baker = Baker::new(Some(Kernel::Sweep));
-        let refused = baker.prepare(&mesh, placed, &near).map(|p| p.kernel());
-        assert_eq!(refused, Err(BakeError::NoSweep(WhyRays::MaxDistance)));
+        let mut baker = Baker::new(Some(Algorithm::DirectionSweep));
+        let refused = baker.prepare(&mesh, placed, &near).map(|p| p.algorithm());
+        assert_eq!(
+            refused,
+            Err(BakeError::NoSweep(RayFallbackReason::MaxDistance))
+        );
     }
 }

@@ -2,9 +2,9 @@
 //! casting. Ray casting is the reference that every faster implementation is checked against.
 //!
 //! ```
-//! use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, samples::Sample};
+//! use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, models::Model};
 //! use aogrid_baker_cpu::bake;
-//! let mesh = Sample::Table.mesh(None)?;
+//! let mesh = Model::Table.mesh(None)?;
 //! let spec = Placement { resolution: [8; 3], ..Placement::default() }.place(&mesh.bounds())?;
 //! let raw = bake(&mesh, spec, &BakeOptions::recommended(), UNOBSERVED)?;
 //! assert_eq!(raw.moments.len(), 512);
@@ -13,9 +13,9 @@
 //!
 //! # Theory
 //!
-//! Visibility is sampled in one of two ways. [`Method::Faces`](aogrid_grid_format::Method::Faces)
+//! Visibility is sampled in one of two ways. [`Sampling::CubeFaces`](aogrid_grid_format::Sampling::CubeFaces)
 //! tests the center of every texel of six cube faces and weights it by the texel's exact solid
-//! angle. [`Method::Rays`](aogrid_grid_format::Method::Rays) tests uniformly random directions
+//! angle. [`Sampling::MonteCarlo`](aogrid_grid_format::Sampling::MonteCarlo) tests uniformly random directions
 //! (RR-5779, 6.1, the third method). A direction is occluded if its ray hits a triangle, from
 //! either side, at a distance above zero and up to the maximum.
 //!
@@ -31,23 +31,23 @@
 //! # Practice
 //!
 //! [`bake()`] bakes one grid. A [`Baker`] keeps its buffers for further bakes and reports which
-//! algorithm it uses. An [`Occluder`] bakes by ray casting and traces single rays
-//! ([`Occluder::hides`], [`Occluder::nearest`]); [`truth`] shades with it. A [`Sweeper`] bakes a
+//! algorithm it uses. An [`RayScene`] bakes by ray casting and traces single rays
+//! ([`RayScene::is_occluded`], [`RayScene::closest_hit`]); [`mod@reference`] shades with it. A [`Sweeper`] bakes a
 //! prepared mesh by the direction sweep and also returns the occlusion bits of the faces. All of
 //! them use the `rayon` thread pool in which they are called.
 
 mod bake;
 mod baker;
 mod monte_carlo;
-mod occluder;
-mod snapped;
+mod quantized_rays;
+mod ray_scene;
+pub mod reference;
 mod sweep;
 mod triangle;
-pub mod truth;
 
-pub use aogrid_bake_core::{Kernel, WhyRays};
+pub use aogrid_bake_core::{Algorithm, RayFallbackReason};
 pub use bake::{BakeError, bake};
 pub use baker::{Baker, Prepared};
-pub use occluder::{Hit, Occluder};
-pub use snapped::SnappedRays;
+pub use quantized_rays::QuantizedMeshRays;
+pub use ray_scene::{Hit, RayScene};
 pub use sweep::Sweeper;

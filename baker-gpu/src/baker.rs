@@ -2,9 +2,10 @@
 //! CPU's.
 
 use aogrid_bake_core::{
-    BakeOptions, Kernel, Observer, PreparedMesh, RawGrid, SignedLayers, TriangleMesh, WhyRays,
+    Algorithm, BakeOptions, Observer, PreparedMesh, RawGrid, RayFallbackReason, SignedLayers,
+    TriangleMesh,
 };
-use aogrid_grid_format::{Encoding, GridSpec, Method};
+use aogrid_grid_format::{Encoding, GridSpec, Sampling};
 
 use crate::rays::{Caster, UploadedTree};
 use crate::sweep::{Sweeper, UploadedMesh};
@@ -12,7 +13,7 @@ use crate::{BakeError, Context};
 
 /// Bakes by the direction sweep or by ray casting, and keeps its pipelines and buffers.
 pub struct Baker {
-    choice: Option<Kernel>,
+    choice: Option<Algorithm>,
     sweeper: Sweeper,
     caster: Caster,
 }
@@ -24,7 +25,7 @@ pub struct Prepared<'a> {
     /// The signed layers. They are counted on the CPU: this is fast and gives every baker the
     /// same result.
     layers: Option<SignedLayers>,
-    fallback_reason: Option<WhyRays>,
+    fallback_reason: Option<RayFallbackReason>,
 }
 
 /// The algorithm's baker with its uploaded mesh; for the sweep, with the face size.
@@ -36,7 +37,7 @@ enum Uploaded<'a> {
 impl Baker {
     /// Creates a baker for the chosen algorithm. `None` takes the direction sweep wherever it is
     /// supported and faster.
-    pub fn new(context: &Context, choice: Option<Kernel>) -> Self {
+    pub fn new(context: &Context, choice: Option<Algorithm>) -> Self {
         Self {
             choice,
             sweeper: Sweeper::new(context),
@@ -57,7 +58,7 @@ impl Baker {
     ) -> Result<Prepared<'a>, BakeError> {
         options.validate()?;
         let fallback_reason = match self.choice {
-            Some(Kernel::Rays) => None,
+            Some(Algorithm::RayCasting) => None,
             choice => match prepare_sweep(mesh, spec, options, choice.is_none()) {
                 Ok((mesh, size)) => {
                     let layers = options.layers_of(&mesh);
@@ -90,15 +91,15 @@ fn prepare_sweep(
     spec: GridSpec,
     options: &BakeOptions,
     only_if_faster: bool,
-) -> Result<(PreparedMesh, u32), WhyRays> {
-    let size = match (WhyRays::of_options(options), options.method) {
-        (None, Method::Faces { size }) => size,
+) -> Result<(PreparedMesh, u32), RayFallbackReason> {
+    let size = match (RayFallbackReason::of_options(options), options.sampling) {
+        (None, Sampling::CubeFaces { size }) => size,
         (Some(reason), _) => return Err(reason),
-        (None, Method::Rays { .. }) => return Err(WhyRays::MonteCarlo),
+        (None, Sampling::MonteCarlo { .. }) => return Err(RayFallbackReason::MonteCarlo),
     };
     let prepared =
-        PreparedMesh::new(mesh, spec, options.sample_offset).map_err(WhyRays::Prepare)?;
-    match WhyRays::of_counts(prepared.lone_edges().len()) {
+        PreparedMesh::new(mesh, spec, options.sample_offset).map_err(RayFallbackReason::Prepare)?;
+    match RayFallbackReason::of_counts(prepared.boundary_edges().len()) {
         Some(reason) if only_if_faster => Err(reason),
         _ => Ok((prepared, size)),
     }
@@ -106,15 +107,15 @@ fn prepare_sweep(
 
 impl Prepared<'_> {
     /// Returns the algorithm that will test the directions.
-    pub fn kernel(&self) -> Kernel {
+    pub fn algorithm(&self) -> Algorithm {
         match self.uploaded {
-            Uploaded::Sweep(..) => Kernel::Sweep,
-            Uploaded::Rays(..) => Kernel::Rays,
+            Uploaded::Sweep(..) => Algorithm::DirectionSweep,
+            Uploaded::Rays(..) => Algorithm::RayCasting,
         }
     }
 
     /// Returns the reason for ray casting if no algorithm was chosen and the sweep is not used.
-    pub fn why_rays(&self) -> Option<&WhyRays> {
+    pub fn fallback_reason(&self) -> Option<&RayFallbackReason> {
         self.fallback_reason.as_ref()
     }
 

@@ -15,7 +15,7 @@ pub struct Context {
 
 /// The adapter to bake with.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Choice {
+pub enum AdapterSelector {
     /// The fastest hardware GPU; software rasterizers are excluded.
     Real,
     /// The first adapter whose name contains this text, ignoring case; software rasterizers are
@@ -116,12 +116,12 @@ impl Context {
     /// # Errors
     ///
     /// There is no such adapter, or it fails to create a device.
-    pub fn new(choice: &Choice) -> Result<Self, ContextError> {
+    pub fn new(choice: &AdapterSelector) -> Result<Self, ContextError> {
         let adapters = all_adapters();
         let names = || adapters.iter().map(|a| a.get_info().name).collect();
         let chosen = match choice {
-            Choice::Real => adapters.iter().find(|a| is_hardware(&a.get_info())),
-            Choice::Named(name) => {
+            AdapterSelector::Real => adapters.iter().find(|a| is_hardware(&a.get_info())),
+            AdapterSelector::Named(name) => {
                 let name = name.to_lowercase();
                 let matches = |a: &&Adapter| a.get_info().name.to_lowercase().contains(&name);
                 adapters.iter().find(matches)
@@ -129,8 +129,8 @@ impl Context {
         };
         match (chosen, choice) {
             (Some(adapter), _) => Self::on(adapter),
-            (None, Choice::Real) => Err(ContextError::NoGpu(names())),
-            (None, Choice::Named(name)) => Err(ContextError::NotFound {
+            (None, AdapterSelector::Real) => Err(ContextError::NoGpu(names())),
+            (None, AdapterSelector::Named(name)) => Err(ContextError::NotFound {
                 name: name.clone(),
                 available: names(),
             }),

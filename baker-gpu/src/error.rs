@@ -1,6 +1,6 @@
 //! The errors of a bake on the GPU.
 
-use aogrid_bake_core::{OptionsError, WhyRays};
+use aogrid_bake_core::{OptionsError, RayFallbackReason};
 
 /// An error of a bake on the GPU. After any of these except an invalid option and cancellation,
 /// the caller may bake on the CPU instead.
@@ -15,7 +15,7 @@ pub enum BakeError {
     Cancelled,
     /// The direction sweep was requested for a bake that only ray casting supports.
     #[error("the sweep cannot bake this: {0}")]
-    NoSweep(WhyRays),
+    NoSweep(RayFallbackReason),
     /// A buffer would exceed the device's limit on storage buffer bindings.
     #[error(
         "{what} take {bytes} bytes, and this GPU binds at most {limit} bytes to a shader: bake on \

@@ -2,10 +2,10 @@
 //! as the CPU baker, from the same prepared mesh and options.
 //!
 //! ```no_run
-//! use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, samples::Sample};
-//! use aogrid_baker_gpu::{Baker, Choice, Context};
-//! let context = Context::new(&Choice::Real)?;
-//! let mesh = Sample::Table.mesh(None)?;
+//! use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, models::Model};
+//! use aogrid_baker_gpu::{Baker, AdapterSelector, Context};
+//! let context = Context::new(&AdapterSelector::Real)?;
+//! let mesh = Model::Table.mesh(None)?;
 //! let spec = Placement::default().place(&mesh.bounds())?;
 //! let options = BakeOptions::recommended();
 //! let raw = Baker::new(&context, None)
@@ -52,9 +52,9 @@ mod store;
 mod sweep;
 mod work;
 
-pub use aogrid_bake_core::{Kernel, WhyRays};
+pub use aogrid_bake_core::{Algorithm, RayFallbackReason};
 pub use baker::{Baker, Prepared};
-pub use context::{Choice, Context, ContextError, adapters};
+pub use context::{AdapterSelector, Context, ContextError, adapters};
 pub use error::BakeError;
 pub use rays::{Caster, UploadedTree};
 pub use shaders::{Shader, shaders};

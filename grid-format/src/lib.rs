@@ -3,12 +3,12 @@
 //!
 //! ```
 //! use aogrid_grid_format::{Encoding, Grid, GridSpec, TexelFormat};
-//! # use aogrid_grid_format::{BakeRecord, Boundary, BoundaryMode, Interior, Method, Source};
+//! # use aogrid_grid_format::{BakeRecord, Boundary, BoundaryMode, Interior, Sampling, Source};
 //! let spec = GridSpec::new([8, 8, 8], [0.0; 3], [1.5; 3])?;
 //! // One (a, d) pair per cell, x fastest: here nothing is occluded anywhere.
 //! let cells = vec![[0.0_f32; 4]; spec.cell_count()];
 //! # let record = BakeRecord {
-//! #     epsilon: Some(0.1), sample_offset: [0.0; 3], method: Method::Faces { size: 16 },
+//! #     epsilon: Some(0.1), sample_offset: [0.0; 3], sampling: Sampling::CubeFaces { size: 16 },
 //! #     max_distance: None, interior: Interior::Enclosed, interior_cells: 0, inside: None,
 //! #     boundary: Boundary { requested: BoundaryMode::None, applied: BoundaryMode::None, v_m: 0.0 },
 //! #     source: Source { name: "nothing.obj".into(), part: None, blake3: "0".repeat(64), triangles: 1 },
@@ -70,6 +70,6 @@ pub use encoding::{Encoding, TexelFormat};
 pub use error::{EncodeError, ReadError, SpecError};
 pub use grid::{Grid, Statistics};
 pub use metadata::{
-    BakeRecord, Boundary, BoundaryMode, FACE_SIZES, Inside, Interior, Method, RAY_COUNTS, Source,
+    BakeRecord, Boundary, BoundaryMode, FACE_SIZES, Inside, Interior, RAY_COUNTS, Sampling, Source,
 };
 pub use spec::{GridSpec, MAX_CELLS, MAX_RESOLUTION, MIN_RESOLUTION};

@@ -20,7 +20,8 @@ pub struct BakeRecord {
     /// Offset of the sample point from the cell's center, in cells.
     pub sample_offset: [f32; 3],
     /// The sampling of visibility.
-    pub method: Method,
+    #[serde(rename = "method")]
+    pub sampling: Sampling,
     /// Distance in object units beyond which occluders were ignored; `None` if unlimited.
     pub max_distance: Option<f32>,
     /// Treatment of cells inside the object (RR-5779, 3.3.3).
@@ -40,14 +41,16 @@ pub struct BakeRecord {
 /// The sampling of visibility: the set of directions that a cell tests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Method {
+pub enum Sampling {
     /// Six cube faces of `size` × `size` texels per cell.
-    Faces {
+    #[serde(rename = "faces")]
+    CubeFaces {
         /// Texels along a face's side.
         size: u32,
     },
     /// Monte Carlo: `count` random directions per cell (RR-5779, 6.1).
-    Rays {
+    #[serde(rename = "rays")]
+    MonteCarlo {
         /// Rays per cell.
         count: u32,
         /// The seed of the random directions.
@@ -55,21 +58,21 @@ pub enum Method {
     },
 }
 
-impl Method {
+impl Sampling {
     /// Whether the size or count is in [`FACE_SIZES`] or [`RAY_COUNTS`].
     pub fn is_in_range(self) -> bool {
         match self {
-            Self::Faces { size } => FACE_SIZES.contains(&size),
-            Self::Rays { count, .. } => RAY_COUNTS.contains(&count),
+            Self::CubeFaces { size } => FACE_SIZES.contains(&size),
+            Self::MonteCarlo { count, .. } => RAY_COUNTS.contains(&count),
         }
     }
 
     /// Returns the number of directions per cell. The method must [be in
-    /// range](Method::is_in_range).
+    /// range](Sampling::is_in_range).
     pub fn directions(self) -> u32 {
         match self {
-            Self::Faces { size } => 6 * size * size,
-            Self::Rays { count, .. } => count,
+            Self::CubeFaces { size } => 6 * size * size,
+            Self::MonteCarlo { count, .. } => count,
         }
     }
 }
@@ -149,7 +152,7 @@ impl BakeRecord {
                 self.sample_offset.iter().all(|v| v.abs() <= 0.5),
                 "sample_offset",
             ),
-            (self.method.is_in_range(), "method"),
+            (self.sampling.is_in_range(), "method"),
             (positive(self.max_distance), "max_distance"),
             ((0.0..=1.0).contains(&self.boundary.v_m), "boundary"),
             (

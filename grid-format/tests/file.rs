@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use aogrid_grid_format::{
-    BakeRecord, Boundary, BoundaryMode, Encoding, Grid, GridSpec, Interior, Method, ReadError,
+    BakeRecord, Boundary, BoundaryMode, Encoding, Grid, GridSpec, Interior, ReadError, Sampling,
     Source, TexelFormat,
 };
 use proptest::prelude::*;
@@ -35,7 +35,7 @@ fn record() -> BakeRecord {
     BakeRecord {
         epsilon: Some(0.1),
         sample_offset: [3.1e-4, -1.7e-4, 4.3e-4],
-        method: Method::Faces { size: 16 },
+        sampling: Sampling::CubeFaces { size: 16 },
         max_distance: None,
         interior: Interior::Enclosed,
         interior_cells: 12,

@@ -2,7 +2,7 @@
 //! binary of its own, because the counting allocator belongs to the whole process.
 
 use aogrid_grid_format::{
-    BakeRecord, Boundary, BoundaryMode, Encoding, Grid, GridSpec, Interior, Method, Source,
+    BakeRecord, Boundary, BoundaryMode, Encoding, Grid, GridSpec, Interior, Sampling, Source,
     TexelFormat,
 };
 use peak_alloc::PeakAlloc;
@@ -18,7 +18,7 @@ fn file() -> Vec<u8> {
     let record = BakeRecord {
         epsilon: None,
         sample_offset: [0.0; 3],
-        method: Method::Faces { size: 16 },
+        sampling: Sampling::CubeFaces { size: 16 },
         max_distance: None,
         interior: Interior::Keep,
         interior_cells: 0,

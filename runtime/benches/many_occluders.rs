@@ -12,9 +12,9 @@ use std::error::Error;
 use std::time::Instant;
 
 use aogrid_bake_core::mesh::Part;
-use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, UNOBSERVED, post};
-use aogrid_baker_cpu::Occluder;
+use aogrid_baker_cpu::RayScene;
 use aogrid_grid_format::{Encoding, Grid, Source};
 use aogrid_runtime::{
     Combine, Frame, GridAtlas, GridTexture, Instance, MergePass, MergePassDescriptor, Mode,
@@ -41,8 +41,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let gpu = Gpu::new()?;
     println!("{}, {} x {} pixels", gpu.name, SIZE[0], SIZE[1]);
     let grids = [
-        grid(&Sample::Table.mesh(None)?)?,
-        grid(&Sample::Torus.mesh(None)?)?,
+        grid(&Model::Table.mesh(None)?)?,
+        grid(&Model::Torus.mesh(None)?)?,
     ];
     let flat = gbuffer(&gpu, &floor(1)?);
     println!("\nmilliseconds (median of {ROUNDS}), and the ratio of tiles to raster");
@@ -66,7 +66,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     println!("\nten occluders: milliseconds by raster and in tiles, multiplied and merged");
     for triangles in [1_200, 20_000, 300_000] {
-        let mesh = Sample::Torus.mesh(Some(triangles))?;
+        let mesh = Model::Torus.mesh(Some(triangles))?;
         let grids = [grid(&mesh)?];
         let name = format!("{} triangles an occluder", mesh.triangles().len());
         compare(&gpu, &name, &flat, &grids)?;
@@ -342,7 +342,7 @@ fn clip_from_world() -> Mat4 {
 
 /// Ray traces the G-buffer: the closest hit of a ray through each pixel.
 fn gbuffer(gpu: &Gpu, mesh: &TriangleMesh) -> Views {
-    let scene = Occluder::new(mesh);
+    let scene = RayScene::new(mesh);
     let world_from_clip = clip_from_world().inverse();
     let corners: Vec<_> = mesh.corners().collect();
     let (mut positions, mut normals) = (vec![], vec![]);
@@ -354,7 +354,7 @@ fn gbuffer(gpu: &Gpu, mesh: &TriangleMesh) -> Views {
         let at = |depth| (world_from_clip * Vec4::new(ndc[0], ndc[1], depth, 1.0)).project();
         let (near, far) = (at(0.0).as_dvec3(), at(1.0).as_dvec3());
         let direction = (far - near).normalize();
-        let hit = scene.nearest(near.to_array(), direction.to_array());
+        let hit = scene.closest_hit(near.to_array(), direction.to_array());
         let (position, normal) = hit.map_or((Vec3::NAN, Vec3::Y), |hit| {
             let [a, b, c] = corners[hit.triangle as usize].map(Vec3::from);
             let normal = (b - a).cross(c - a).normalize();

@@ -3,7 +3,7 @@
 //! ```
 //! use aogrid_grid_format::Grid;
 //! use aogrid_runtime::shading::aogrid_cone;
-//! use aogrid_runtime::{AogridOccluder, Instance, LinearTexture};
+//! use aogrid_runtime::{AogridOccluder, Instance, CpuTexture};
 //!
 //! # fn shade(bytes: &[u8]) -> Result<f32, Box<dyn std::error::Error>> {
 //! // The per-pixel computation of the GPU, on the CPU.
@@ -12,8 +12,8 @@
 //!     [[1., 0., 0., 0.], [0., 1., 0., 0.], [0., 0., 1., 0.], [0., 2., 0., 1.]];
 //! let instance = Instance { strength: 0.8, ..Instance::at(world_from_object) };
 //! let occluder = AogridOccluder::new(grid.spec(), grid.format(), &instance)?;
-//! let texture = LinearTexture::of_grid(&grid);
-//! let table = LinearTexture::transmittance_table();
+//! let texture = CpuTexture::of_grid(&grid);
+//! let table = CpuTexture::transmittance_table();
 //! let transmittance = aogrid_cone(&occluder, &texture, &table, [0., 2., 1.], [0., 1., 0.]);
 //! # Ok(transmittance)
 //! # }
@@ -51,7 +51,7 @@
 //!   reads.
 //! * [`EnvironmentMap`], [`EnvironmentPass`], [`wgsl::ENVIRONMENT`] and its twin [`environment`]:
 //!   environment light, less the part that the occluders block.
-//! * [`LinearTexture`]: a texture and its linear filter on the CPU.
+//! * [`CpuTexture`]: a texture and its linear filter on the CPU.
 //!
 //! The crate creates no device, submits nothing and never waits; every GPU object has a label.
 //! `docs/runtime.md` is the guide; the version of wgpu in use is [re-exported](wgpu).
@@ -62,19 +62,20 @@ pub mod tables;
 pub mod wgsl;
 
 mod boxes;
+mod cpu_texture;
 mod environment_map;
 mod environment_pass;
 mod environment_texture;
 mod frame;
 mod grid_atlas;
 mod grid_texture;
-mod linear_texture;
 mod merge_pass;
 mod occluder;
 mod occlusion_pass;
 mod tiled_pass;
 
 pub use boxes::DepthTest;
+pub use cpu_texture::CpuTexture;
 pub use environment::{AogridCone, AogridEnvironment, Up};
 pub use environment_map::{EnvironmentMap, EnvironmentMapError};
 pub use environment_pass::{
@@ -85,7 +86,6 @@ pub use environment_texture::EnvironmentTexture;
 pub use frame::{Frame, Normals, Positions, PrepareError, Receivers};
 pub use grid_atlas::{GridAtlas, GridAtlasError};
 pub use grid_texture::{GridTexture, GridTextureError};
-pub use linear_texture::LinearTexture;
 pub use merge_pass::{MergePass, MergePassDescriptor};
 pub use occluder::{AogridOccluder, Instance, InstanceError};
 pub use occlusion_pass::{Mode, OcclusionPass, OcclusionPassDescriptor, Output, PassError};

@@ -10,7 +10,7 @@ use crate::wgsl::{
     AOGRID_MERGE_FRACTION_OFFSET, AOGRID_MERGE_FRACTION_SCALE, AOGRID_PI, AOGRID_RIM_EPSILON,
     AOGRID_TILE,
 };
-use crate::{AogridAtlasOccluder, AogridOccluder, AogridTiles, LinearTexture};
+use crate::{AogridAtlasOccluder, AogridOccluder, AogridTiles, CpuTexture};
 
 // ---- One call per occluder --------------------------------------------------------------------
 
@@ -18,8 +18,8 @@ use crate::{AogridAtlasOccluder, AogridOccluder, AogridTiles, LinearTexture};
 /// `normal` is the receiver's unit normal, `table` T_clip as transmittance (RR-5779, 5.1).
 pub fn aogrid_cone(
     occluder: &AogridOccluder,
-    grid: &LinearTexture,
-    table: &LinearTexture,
+    grid: &CpuTexture,
+    table: &CpuTexture,
     position: [f32; 3],
     normal: [f32; 3],
 ) -> f32 {
@@ -35,9 +35,9 @@ pub fn aogrid_cone(
 pub fn aogrid_merge_cone(
     accumulated: [f32; 4],
     occluder: &AogridOccluder,
-    grid: &LinearTexture,
-    clip: &LinearTexture,
-    overlaps: &LinearTexture,
+    grid: &CpuTexture,
+    clip: &CpuTexture,
+    overlaps: &CpuTexture,
     position: [f32; 3],
     normal: [f32; 3],
 ) -> [f32; 4] {
@@ -53,8 +53,8 @@ pub fn aogrid_merge_cone(
 /// boundary treatment: the clamped sampler extends the open cells beyond the box.
 pub fn aogrid_cone_faded(
     occluder: &AogridOccluder,
-    grid: &LinearTexture,
-    table: &LinearTexture,
+    grid: &CpuTexture,
+    table: &CpuTexture,
     position: [f32; 3],
     normal: [f32; 3],
 ) -> f32 {
@@ -66,7 +66,7 @@ pub fn aogrid_cone_faded(
 /// 1 outside the grid's box. `on_itself`: the receiver belongs to the occluder.
 pub fn aogrid_occlusion(
     occluder: &AogridOccluder,
-    grid: &LinearTexture,
+    grid: &CpuTexture,
     position: [f32; 3],
     on_itself: bool,
 ) -> f32 {
@@ -82,7 +82,7 @@ pub fn aogrid_occlusion(
 /// [`aogrid_occlusion`] for a grid that holds cones.
 pub fn aogrid_occlusion_of_cone(
     occluder: &AogridOccluder,
-    grid: &LinearTexture,
+    grid: &CpuTexture,
     position: [f32; 3],
     on_itself: bool,
 ) -> f32 {
@@ -124,8 +124,8 @@ pub fn aogrid_is_inside(p_grid: [f32; 3]) -> bool {
 /// The transmittance of a cone grid at a position in its box.
 pub fn aogrid_cone_at(
     occluder: &AogridOccluder,
-    grid: &LinearTexture,
-    table: &LinearTexture,
+    grid: &CpuTexture,
+    table: &CpuTexture,
     p_grid: [f32; 3],
     normal: [f32; 3],
 ) -> f32 {
@@ -170,7 +170,7 @@ pub fn aogrid_clip_coordinate(a: f32, cos_beta: f32) -> [f32; 2] {
 }
 
 /// 1 − AO of a clipped cone, from T_clip as transmittance (one channel).
-pub fn aogrid_clip_transmittance(table: &LinearTexture, a: f32, cos_beta: f32) -> f32 {
+pub fn aogrid_clip_transmittance(table: &CpuTexture, a: f32, cos_beta: f32) -> f32 {
     let [x, y] = aogrid_clip_coordinate(a, cos_beta);
     table.sample([x, y, 0.5])[0]
 }
@@ -190,7 +190,7 @@ pub fn aogrid_clip_transmittance_closed_form(a: f32, cos_beta: f32) -> f32 {
 }
 
 /// AO, the fraction a′ and the axis weight f of a clipped cone, from T_clip with all channels.
-pub fn aogrid_clip(table: &LinearTexture, a: f32, cos_beta: f32) -> [f32; 3] {
+pub fn aogrid_clip(table: &CpuTexture, a: f32, cos_beta: f32) -> [f32; 3] {
     let [x, y] = aogrid_clip_coordinate(a, cos_beta);
     let [occlusion, fraction, axis_weight, _] = table.sample([x, y, 0.5]);
     [occlusion, fraction, axis_weight]
@@ -210,8 +210,8 @@ pub fn aogrid_clipped_axis(axis: [f32; 3], normal: [f32; 3], axis_weight: f32) -
 /// the transmittance; the normalized sum of the others is the axis of the occluded directions.
 pub fn aogrid_cone_with_axis_at(
     occluder: &AogridOccluder,
-    grid: &LinearTexture,
-    table: &LinearTexture,
+    grid: &CpuTexture,
+    table: &CpuTexture,
     p_grid: [f32; 3],
     normal: [f32; 3],
 ) -> [f32; 4] {
@@ -245,7 +245,7 @@ pub fn aogrid_multiply(accumulated: [f32; 4], contribution: [f32; 4]) -> [f32; 4
 pub fn aogrid_merge(
     accumulated: [f32; 4],
     contribution: [f32; 4],
-    overlaps: &LinearTexture,
+    overlaps: &CpuTexture,
 ) -> [f32; 4] {
     let overlap = overlaps.sample(aogrid_merge_coordinate(accumulated, contribution))[0];
     let t = 2.0 * overlap + (accumulated[3] + (contribution[3] - 1.0));

@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader, Write, stderr};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, post};
 use aogrid_grid_format::Source;
 use image::RgbaImage;
@@ -66,7 +66,7 @@ fn color(picture: &RgbaImage, x: f32, y: f32) -> [f32; 3] {
 }
 
 fn robot() -> Vec<u8> {
-    let mesh = Sample::Robot.mesh(None).unwrap();
+    let mesh = Model::Robot.mesh(None).unwrap();
     let (placement, options) = (Placement::default(), BakeOptions::recommended());
     let spec = placement.place(&mesh.bounds()).unwrap();
     let raw = aogrid_baker_cpu::bake(&mesh, spec, &options, UNOBSERVED).unwrap();

@@ -99,7 +99,7 @@ fn merge_integration() -> ErrorRow {
 }
 
 fn clip_errors(master: &ClipTable, precision: Option<Format>) -> Vec<ErrorRow> {
-    let table = precision.map_or_else(|| master.clone(), |format| master.quantised(format));
+    let table = precision.map_or_else(|| master.clone(), |format| master.quantized(format));
     let cells = table.size().map(|nodes| nodes - 1);
     let nodes = clip_rows(Measured::Nodes(precision), cells, |point| {
         let [x, y] = point.index;
@@ -114,7 +114,7 @@ fn clip_errors(master: &ClipTable, precision: Option<Format>) -> Vec<ErrorRow> {
 }
 
 fn merge_errors(master: &MergeTable, precision: Option<Format>) -> [ErrorRow; 2] {
-    let table = precision.map_or_else(|| master.clone(), |format| master.quantised(format));
+    let table = precision.map_or_else(|| master.clone(), |format| master.quantized(format));
     let cells = table.size().map(|nodes| nodes - 1);
     let nodes = merge_row(Measured::Nodes(precision), cells, |point| {
         let [x, y, z] = point.index;

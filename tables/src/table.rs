@@ -96,7 +96,7 @@ impl ClipTable {
     }
 
     /// Returns the table as a shader reads it after its upload in the given format.
-    pub fn quantised(&self, format: Format) -> Self {
+    pub fn quantized(&self, format: Format) -> Self {
         Self {
             texture: self.texture.map(|value| format.quantize(value)),
         }
@@ -206,7 +206,7 @@ impl MergeTable {
     }
 
     /// Returns the table as a shader reads it after its upload in the given format.
-    pub fn quantised(&self, format: Format) -> Self {
+    pub fn quantized(&self, format: Format) -> Self {
         Self {
             texture: self.texture.map(|value| format.quantize(value)),
         }

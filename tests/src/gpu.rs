@@ -3,7 +3,7 @@
 
 use std::sync::OnceLock;
 
-use aogrid_baker_gpu::{Choice, Context, adapters};
+use aogrid_baker_gpu::{AdapterSelector, Context, adapters};
 
 use crate::skip;
 
@@ -20,7 +20,7 @@ pub fn gpu() -> Option<&'static Context> {
     static CONTEXT: OnceLock<Result<Context, String>> = OnceLock::new();
     let found = CONTEXT.get_or_init(|| {
         let best = adapters().into_iter().next().ok_or("no adapter")?;
-        Context::new(&Choice::Named(best.name)).map_err(|error| error.to_string())
+        Context::new(&AdapterSelector::Named(best.name)).map_err(|error| error.to_string())
     });
     match found {
         Ok(context) => Some(context),

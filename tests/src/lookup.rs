@@ -4,15 +4,15 @@ use aogrid_grid_format::{Grid, GridSpec};
 use aogrid_runtime::shading::{
     aogrid_cone, aogrid_grid_position, aogrid_is_inside, aogrid_occlusion_of_cone,
 };
-use aogrid_runtime::{AogridOccluder, Instance, LinearTexture};
+use aogrid_runtime::{AogridOccluder, CpuTexture, Instance};
 
 /// A cone grid with the uniform and textures for shading.
 pub struct Shaded {
     /// The occluder's uniform.
     pub occluder: AogridOccluder,
     /// The grid's texture.
-    pub texture: LinearTexture,
-    table: LinearTexture,
+    pub texture: CpuTexture,
+    table: CpuTexture,
 }
 
 impl Shaded {
@@ -25,8 +25,8 @@ impl Shaded {
         let occluder = AogridOccluder::new(grid.spec(), grid.format(), instance);
         Self {
             occluder: occluder.expect("the instance is valid"),
-            texture: LinearTexture::of_grid(grid),
-            table: LinearTexture::transmittance_table(),
+            texture: CpuTexture::of_grid(grid),
+            table: CpuTexture::transmittance_table(),
         }
     }
 

@@ -1,8 +1,8 @@
 //! Points on a mesh's surface, their reference AO, and the winding number of a mesh.
 
 use aogrid_bake_core::{TriangleMesh, UNOBSERVED};
-use aogrid_baker_cpu::Occluder;
-use aogrid_baker_cpu::truth::{Lighting, Receiver, TruthOptions, shade};
+use aogrid_baker_cpu::RayScene;
+use aogrid_baker_cpu::reference::{Lighting, Receiver, ReferenceOptions, shade};
 
 /// The increments of the quasirandom sequence R3: the first three inverse powers of the root of
 /// x⁴ = x + 1. The fractional parts of their multiples fill the unit cube evenly (Roberts, *The
@@ -65,7 +65,7 @@ fn length(v: [f64; 3]) -> f64 {
 /// # Panics
 ///
 /// Never: the observer does not cancel.
-pub fn truth(occluder: &Occluder, receivers: &[Receiver], lift: f64, samples: u32) -> Vec<f64> {
+pub fn truth(occluder: &RayScene, receivers: &[Receiver], lift: f64, samples: u32) -> Vec<f64> {
     let lifted: Vec<_> = receivers
         .iter()
         .map(|r| Receiver {
@@ -73,9 +73,9 @@ pub fn truth(occluder: &Occluder, receivers: &[Receiver], lift: f64, samples: u3
             ..*r
         })
         .collect();
-    let options = TruthOptions {
+    let options = ReferenceOptions {
         samples,
-        ..TruthOptions::recommended()
+        ..ReferenceOptions::recommended()
     };
     let lighting = Lighting::default();
     let shades = shade(Some(occluder), &lifted, &lighting, &options, UNOBSERVED);

@@ -2,9 +2,9 @@
 
 use std::time::Instant;
 
-use aogrid_bake_core::{BakeOptions, Kernel, Observer, RawGrid, TriangleMesh};
+use aogrid_bake_core::{Algorithm, BakeOptions, Observer, RawGrid, TriangleMesh};
 use aogrid_baker_cpu as cpu;
-use aogrid_baker_gpu::{self as gpu, Choice, Context};
+use aogrid_baker_gpu::{self as gpu, AdapterSelector, Context};
 use aogrid_grid_format::GridSpec;
 
 /// The device that the command line asks for.
@@ -16,14 +16,14 @@ pub(crate) enum BackendRequest {
     Named(String),
     Cpu,
     /// This adapter and nothing else: its failure is an error.
-    Gpu(Choice),
+    Gpu(AdapterSelector),
 }
 
 /// Bakes on the requested device and keeps it for further bakes. The GPU is opened at the first
 /// bake, not before, since that takes a moment.
 pub(crate) struct Backend {
     request: BackendRequest,
-    algorithm: Option<Kernel>,
+    algorithm: Option<Algorithm>,
     cpu: cpu::Baker,
     gpu: Gpu,
 }
@@ -38,7 +38,7 @@ enum Gpu {
 /// The device and algorithm that made a bake.
 #[derive(Clone)]
 pub(crate) struct Provenance {
-    pub algorithm: Kernel,
+    pub algorithm: Algorithm,
     /// Reason for casting rays, if no algorithm was asked for.
     pub rays_reason: Option<String>,
     /// Name of the GPU; none if the CPU baked.
@@ -69,7 +69,7 @@ pub(crate) struct TimedBake {
 }
 
 impl Backend {
-    pub(crate) fn new(request: BackendRequest, algorithm: Option<Kernel>) -> Self {
+    pub(crate) fn new(request: BackendRequest, algorithm: Option<Algorithm>) -> Self {
         Self {
             request,
             algorithm,
@@ -81,7 +81,7 @@ impl Backend {
     /// Creates a backend that runs the CPU's sweep at one SIMD level.
     pub(crate) fn sweep_at_level(level: &str) -> Self {
         let sweeper = cpu::Sweeper::with_instructions(level).unwrap_or_default();
-        let algorithm = Some(Kernel::Sweep);
+        let algorithm = Some(Algorithm::DirectionSweep);
         Self {
             cpu: cpu::Baker::with_sweeper(algorithm, sweeper),
             ..Self::new(BackendRequest::Cpu, algorithm)
@@ -121,8 +121,10 @@ impl Backend {
         }
         let found = match &self.request {
             BackendRequest::Cpu => None,
-            BackendRequest::Auto => Some(Context::new(&Choice::Real)),
-            BackendRequest::Named(name) => Some(Ok(Context::new(&Choice::Named(name.clone()))?)),
+            BackendRequest::Auto => Some(Context::new(&AdapterSelector::Real)),
+            BackendRequest::Named(name) => {
+                Some(Ok(Context::new(&AdapterSelector::Named(name.clone()))?))
+            }
             BackendRequest::Gpu(choice) => Some(Ok(Context::new(choice)?)),
         };
         self.gpu = match found {
@@ -160,8 +162,8 @@ impl Backend {
             Gpu::NotSearched | Gpu::Found(_) => None,
         };
         let provenance = Provenance {
-            algorithm: prepared.kernel(),
-            rays_reason: prepared.why_rays().map(ToString::to_string),
+            algorithm: prepared.algorithm(),
+            rays_reason: prepared.fallback_reason().map(ToString::to_string),
             adapter: None,
             driver: None,
             cpu_reason,
@@ -191,8 +193,8 @@ fn bake_on_gpu(
     let info = context.adapter();
     let driver = format!("{} {}", info.driver, info.driver_info);
     let provenance = Provenance {
-        algorithm: prepared.kernel(),
-        rays_reason: prepared.why_rays().map(ToString::to_string),
+        algorithm: prepared.algorithm(),
+        rays_reason: prepared.fallback_reason().map(ToString::to_string),
         adapter: Some(info.name.clone()),
         driver: Some(driver.trim().to_owned()).filter(|driver| !driver.is_empty()),
         cpu_reason: None,
@@ -212,7 +214,7 @@ mod tests {
     use std::ops::ControlFlow;
     use std::sync::atomic::{AtomicBool, Ordering};
 
-    use aogrid_bake_core::samples::Sample;
+    use aogrid_bake_core::models::Model;
     use aogrid_bake_core::{Placement, Progress, UNOBSERVED};
 
     use super::*;
@@ -223,9 +225,9 @@ mod tests {
         request: impl Fn(String) -> BackendRequest,
     ) -> Option<anyhow::Result<TimedBake>> {
         let name = aogrid_tests::gpu()?.adapter().name.clone();
-        let mesh = Sample::Table.mesh(None).unwrap();
+        let mesh = Model::Table.mesh(None).unwrap();
         let (spec, options) = (spec(&mesh), BakeOptions::recommended());
-        let mut backend = Backend::new(request(name), Some(Kernel::Sweep));
+        let mut backend = Backend::new(request(name), Some(Algorithm::DirectionSweep));
         backend.find_gpu().unwrap();
         let Gpu::Found(found) = &backend.gpu else {
             panic!("the adapter was there a moment ago");
@@ -260,7 +262,7 @@ mod tests {
         assert_eq!(timed.provenance.backend(), "cpu");
         let why = timed.gpu_failure.unwrap();
         assert!(why.contains("lost") && why.lines().count() == 1, "{why}");
-        let mesh = Sample::Table.mesh(None).unwrap();
+        let mesh = Model::Table.mesh(None).unwrap();
         let options = BakeOptions::recommended();
         let alone =
             Backend::new(BackendRequest::Cpu, None).bake(&mesh, spec(&mesh), &options, UNOBSERVED);
@@ -269,7 +271,7 @@ mod tests {
 
     #[test]
     fn a_lost_gpu_is_an_error_if_only_a_gpu_was_requested() {
-        let only_gpu = |name| BackendRequest::Gpu(Choice::Named(name));
+        let only_gpu = |name| BackendRequest::Gpu(AdapterSelector::Named(name));
         if let Some(timed) = bake_with_lost_device(only_gpu) {
             let error = timed.err().expect("there is no result").to_string();
             assert!(error.contains("lost"), "{error}");

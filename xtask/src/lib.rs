@@ -18,7 +18,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use commands::{
-    adapters, bake, bench, ci, diff, export, info, render, sample, shader_cost, slices, tables,
+    adapters, bake, bench, ci, diff, export, info, model, render, shader_cost, slices, tables,
     verify, verify_bake,
 };
 use console::Console;
@@ -48,7 +48,8 @@ enum Command {
     VerifyBake(verify_bake::Args),
     Diff(diff::Args),
     Slices(slices::Args),
-    Sample(sample::Args),
+    #[command(alias = "sample")]
+    Model(model::Args),
     Export(export::Args),
     Render(Box<render::Args>),
     Bench(bench::Args),
@@ -78,7 +79,7 @@ pub fn run() -> ExitCode {
         Command::VerifyBake(args) => verify_bake::run(&args, &console),
         Command::Diff(args) => diff::run(&args, &console),
         Command::Slices(args) => slices::run(&args, &console),
-        Command::Sample(args) => sample::run(&args, &console),
+        Command::Model(args) => model::run(&args, &console),
         Command::Export(args) => export::run(&args, &console),
         Command::Render(args) => render::run(&args, &console),
         Command::Bench(args) => bench::run(&args, &console),

@@ -3,7 +3,7 @@
 
 use super::*;
 use crate::mesh::Part;
-use crate::samples::Sample;
+use crate::models::Model;
 use crate::{BakeOptions, Extent, Placement};
 
 /// A ray that passes an edge more closely than this, in cells, may be counted on either side: the
@@ -159,8 +159,8 @@ fn flipped(mesh: &TriangleMesh, n: usize) -> TriangleMesh {
 
 #[test]
 fn layers_are_those_of_rays() {
-    let robot = Sample::Robot.mesh(None).unwrap();
-    let torus = Sample::Torus.mesh(None).unwrap();
+    let robot = Model::Robot.mesh(None).unwrap();
+    let torus = Model::Torus.mesh(None).unwrap();
     let soup: Vec<[f32; 3]> = (0..90)
         .map(|i: u32| [3, 5, 7].map(|k| (i * i * k % 101) as f32 / 50.0))
         .collect();
@@ -183,7 +183,7 @@ fn layers_are_those_of_rays() {
 
 #[test]
 fn wide_sums_are_those_of_narrow_ones() {
-    let mesh = with_holes(&Sample::Robot.mesh(None).unwrap(), 7);
+    let mesh = with_holes(&Model::Robot.mesh(None).unwrap(), 7);
     let mesh = prepared(&mesh, [12; 3]);
     let surface = unbalanced::Surface::of(&mesh).unwrap();
     let region = Region::around(&mesh);
@@ -196,7 +196,7 @@ fn wide_sums_are_those_of_narrow_ones() {
 
 #[test]
 fn threads_do_not_matter() {
-    let mesh = with_holes(&Sample::Robot.mesh(None).unwrap(), 7);
+    let mesh = with_holes(&Model::Robot.mesh(None).unwrap(), 7);
     let mesh = prepared(&mesh, [16; 3]);
     let with = |n| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
@@ -207,7 +207,7 @@ fn threads_do_not_matter() {
 
 #[test]
 fn closed_meshes_have_nothing_to_count() {
-    for sample in [Sample::Robot, Sample::LShape, Sample::Sphere] {
+    for sample in [Model::Robot, Model::LShape, Model::Sphere] {
         let mesh = sample.mesh(None).unwrap();
         assert!(prepared(&mesh, [8; 3]).signed_layers().is_none());
     }
@@ -230,7 +230,7 @@ fn classes(mesh: &TriangleMesh) -> [usize; 3] {
 
 /// Cell centers of a 16³ grid with ε = 0.1 within a unit cube.
 fn cells_within_a_cube() -> usize {
-    let mesh = Sample::Box.mesh(None).unwrap();
+    let mesh = Model::Box.mesh(None).unwrap();
     let mesh = prepared(&mesh, [16; 3]);
     let [low, high] = mesh.bounds();
     let inside = |cell: [u32; 3]| {
@@ -243,7 +243,7 @@ fn cells_within_a_cube() -> usize {
 
 #[test]
 fn a_cube_less_a_triangle_is_as_full_as_a_cube() {
-    let cube = Sample::Box.mesh(None).unwrap();
+    let cube = Model::Box.mesh(None).unwrap();
     let full = cells_within_a_cube();
     assert!(full > 100);
     for missing in 0..12 {
@@ -255,7 +255,7 @@ fn a_cube_less_a_triangle_is_as_full_as_a_cube() {
 
 #[test]
 fn turned_over_it_is_inside_still_and_says_so() {
-    let cube = Sample::Box.mesh(None).unwrap();
+    let cube = Model::Box.mesh(None).unwrap();
     let open = without(&cube, 3);
     let turned = edited(&open, |t| t.iter_mut().for_each(|t| t.swap(0, 1)));
     let [interior, _, inward] = classes(&turned);
@@ -267,7 +267,7 @@ fn turned_over_it_is_inside_still_and_says_so() {
 
 #[test]
 fn repeated_triangles_are_one_surface() {
-    let cube = Sample::Box.mesh(None).unwrap();
+    let cube = Model::Box.mesh(None).unwrap();
     let open = without(&cube, 3);
     let twice = edited(&open, |triangles| triangles.extend_from_within(2..9));
     assert_eq!(classes(&twice), classes(&open));
@@ -298,7 +298,7 @@ fn a_sheet_has_no_inside_but_doubt() {
 
 #[test]
 fn contradictory_windings_leave_the_parity() {
-    let torus = Sample::Torus.mesh(None).unwrap();
+    let torus = Model::Torus.mesh(None).unwrap();
     let open = with_holes(&torus, 50);
     let full = classes(&open);
     assert!(full[0] > 20, "{full:?}");
@@ -313,7 +313,7 @@ fn contradictory_windings_leave_the_parity() {
 
 #[test]
 fn grids_beyond_the_sweep_have_layers_too() {
-    let cube = Sample::Box.mesh(None).unwrap();
+    let cube = Model::Box.mesh(None).unwrap();
     let open = without(&cube, 3);
     // The cells are within the cube, and so small that the sweep refuses.
     let placement = Placement {

@@ -62,7 +62,7 @@ pub fn finish(
             Extent::HalfExtents(_) => None,
         },
         sample_offset: options.sample_offset,
-        method: options.method,
+        sampling: options.sampling,
         max_distance: options.max_distance,
         interior: options.interior,
         interior_cells: classification.interior_cells() as u64,

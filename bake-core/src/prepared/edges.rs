@@ -38,7 +38,7 @@ pub struct Edge {
 /// A boundary edge: a half-edge without an opposite one. It bounds a hole, or is the odd one where
 /// an odd number of half-edges meet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LoneEdge {
+pub struct BoundaryEdge {
     /// The two vertices, the lower index first.
     pub vertices: [u32; 2],
     /// The triangle at the edge.
@@ -51,7 +51,7 @@ pub(crate) struct Edges {
     /// Interior edges.
     pub pairs: Vec<Edge>,
     /// Boundary edges.
-    pub lone: Vec<LoneEdge>,
+    pub lone: Vec<BoundaryEdge>,
     pub facts: EdgeFacts,
 }
 
@@ -217,7 +217,7 @@ fn pair_up(lower: u32, same_end: &[u64], edges: &mut Edges) {
     }
     if let [odd] = rest {
         let side = side(odd);
-        edges.lone.push(LoneEdge { vertices, side });
+        edges.lone.push(BoundaryEdge { vertices, side });
     }
     edges.facts.distinct += 1;
     edges.facts.same_way += same_way;

@@ -22,7 +22,7 @@ use rayon::prelude::*;
 
 pub(crate) use edges::Edges;
 use edges::edges as find_edges;
-pub use edges::{Edge, HalfEdge, LoneEdge};
+pub use edges::{BoundaryEdge, Edge, HalfEdge};
 pub use lattice::Lattice;
 pub(crate) use lattice::Limits;
 
@@ -130,7 +130,7 @@ impl PreparedMesh {
     }
 
     /// Returns the boundary edges.
-    pub fn lone_edges(&self) -> &[LoneEdge] {
+    pub fn boundary_edges(&self) -> &[BoundaryEdge] {
         &self.edges.lone
     }
 
@@ -201,7 +201,7 @@ mod tests {
     use super::*;
     use crate::Placement;
     use crate::mesh::{MeshReport, Part};
-    use crate::samples::Sample;
+    use crate::models::Model;
 
     fn prepared(mesh: &TriangleMesh) -> PreparedMesh {
         let spec = Placement::default().place(&mesh.bounds()).unwrap();
@@ -222,13 +222,13 @@ mod tests {
 
     #[test]
     fn closed_meshes_have_no_boundary_edges_with_and_without_shared_vertices() {
-        for sample in Sample::CLOSED {
+        for sample in Model::CLOSED {
             let mesh = sample.mesh(None).unwrap();
             let whole = prepared(&mesh);
-            assert!(whole.lone_edges().is_empty(), "{sample:?}");
+            assert!(whole.boundary_edges().is_empty(), "{sample:?}");
             assert_eq!(2 * whole.edges().len(), 3 * whole.triangles().len());
             let split = prepared(&split(&mesh));
-            assert!(split.lone_edges().is_empty(), "{sample:?}");
+            assert!(split.boundary_edges().is_empty(), "{sample:?}");
             assert_eq!(split.vertices().len(), whole.vertices().len());
         }
     }
@@ -246,7 +246,7 @@ mod tests {
         let prepared = prepared(&mesh);
         assert_eq!(prepared.triangles(), [[0, 1, 2]]);
         assert_eq!(
-            (prepared.vertices().len(), prepared.lone_edges().len()),
+            (prepared.vertices().len(), prepared.boundary_edges().len()),
             (3, 3)
         );
     }
@@ -264,7 +264,7 @@ mod tests {
 
     #[test]
     fn normals_are_exact() {
-        let mesh = prepared(&Sample::Box.mesh(None).unwrap());
+        let mesh = prepared(&Model::Box.mesh(None).unwrap());
         for &triangle in mesh.triangles() {
             let normal = mesh.normal(triangle);
             assert_eq!(normal.iter().filter(|v| **v != 0).count(), 1, "{normal:?}");

@@ -80,7 +80,7 @@ impl BatchKernel<'_> {
     #[inline(always)]
     fn count_boundary_edges<S: Simd>(&mut self, simd: S, batch: &Batch<'_>) {
         let (facings, row) = (&self.pass.silhouettes.facings, self.row);
-        for chunk in self.pass.job.mesh.lone_edges().chunks(EDGE_CHUNK) {
+        for chunk in self.pass.job.mesh.boundary_edges().chunks(EDGE_CHUNK) {
             self.reserve_edges(simd, batch, 1);
             let Workspace { edges, ranks, .. } = &mut *self.workspace;
             for edge in chunk {

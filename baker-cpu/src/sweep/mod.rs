@@ -79,7 +79,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize};
 
 use aogrid_bake_core::{FaceBits, FixedTexel, Observer, PreparedMesh, RawGrid, fixed_texels};
-use aogrid_grid_format::{FACE_SIZES, Method};
+use aogrid_grid_format::{FACE_SIZES, Sampling};
 use rayon::prelude::*;
 
 use crate::BakeError;
@@ -221,7 +221,7 @@ impl Sweeper {
         bits: Option<&Mutex<FaceBits>>,
         observer: Observer<'_>,
     ) -> Result<RawGrid, BakeError> {
-        let directions = Method::Faces { size }.directions();
+        let directions = Sampling::CubeFaces { size }.directions();
         if self.texels.len() != directions as usize {
             self.texels = fixed_texels(size);
         }
@@ -298,7 +298,7 @@ fn run(job: &SweepJob<'_>, silhouettes: &mut [Silhouettes; 3]) -> Result<(), Bak
 
 #[cfg(test)]
 mod tests {
-    use aogrid_bake_core::samples::Sample;
+    use aogrid_bake_core::models::Model;
     use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED};
 
     use super::*;
@@ -307,8 +307,8 @@ mod tests {
     fn every_simd_level_gives_the_same_bits() {
         let levels = SimdLevel::available();
         for (sample, resolution, size) in [
-            (Sample::SpaceShip, [16, 12, 33], 16),
-            (Sample::Robot, [33, 8, 9], 21),
+            (Model::SpaceShip, [16, 12, 33], 16),
+            (Model::Robot, [33, 8, 9], 21),
         ] {
             let mesh = sample.mesh(Some(3000)).unwrap();
             let placement = Placement {

@@ -2,7 +2,7 @@
 
 use aogrid_bake_core::cube_face::texels;
 use aogrid_bake_core::{BakeOptions, FaceBits, FaceSums, Moments, RawGrid, fixed_texels};
-use aogrid_grid_format::{GridSpec, Method};
+use aogrid_grid_format::{GridSpec, Sampling};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use wgpu::{Buffer, BufferUsages};
@@ -161,9 +161,11 @@ impl RayBatch<'_> {
 
     /// Stores the bits of this batch's cells, the first of which is cell `first` of the grid.
     pub(super) fn store_bits(&self, words: &[u32], first: usize, bits: &mut FaceBits) {
-        let n_words = self.bit_words_per_cell();
         for (idx, &word) in words.iter().enumerate() {
-            let (cell, word_idx) = (idx / n_words, idx % n_words);
+            let (cell, word_idx) = (
+                idx / self.bit_words_per_cell(),
+                idx % self.bit_words_per_cell(),
+            );
             debug_assert!(first + cell < self.spec.cell_count());
             for bit in (0..u32::BITS as usize).filter(|bit| word >> bit & 1 != 0) {
                 bits.set(first + cell, word_idx * u32::BITS as usize + bit);
@@ -174,16 +176,16 @@ impl RayBatch<'_> {
 
 /// Returns the uniforms of a bake, without the range of cells of a batch.
 pub(super) fn scene(mesh: &UploadedTree, options: &BakeOptions) -> Scene {
-    let seed = match options.method {
-        Method::Rays { seed, .. } => seed,
-        Method::Faces { .. } => 0,
+    let seed = match options.sampling {
+        Sampling::MonteCarlo { seed, .. } => seed,
+        Sampling::CubeFaces { .. } => 0,
     };
     let key = ChaCha8Rng::seed_from_u64(seed).get_seed();
     // Farther than anything on the lattice, and small enough that products of it stay finite.
     let unlimited = (1_u64 << 33) as f32;
     Scene {
         cells: mesh.spec.resolution(),
-        n_directions: options.method.directions(),
+        n_directions: options.sampling.directions(),
         first_cell: 0,
         n_cells: 0,
         n_nodes: mesh.n_nodes,
@@ -200,8 +202,8 @@ pub(super) fn scene(mesh: &UploadedTree, options: &BakeOptions) -> Scene {
 }
 
 /// Returns the tables of the directions and moments of texels; Monte Carlo sampling needs none.
-pub(super) fn tables(submitter: &Submitter<'_>, method: Method) -> Vec<Buffer> {
-    let Method::Faces { size } = method else {
+pub(super) fn tables(submitter: &Submitter<'_>, sampling: Sampling) -> Vec<Buffer> {
+    let Sampling::CubeFaces { size } = sampling else {
         return Vec::new();
     };
     let directions: Vec<[f32; 4]> = texels(size)

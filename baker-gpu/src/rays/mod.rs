@@ -14,7 +14,7 @@ mod shaders;
 mod tree;
 
 use aogrid_bake_core::{BakeOptions, FaceBits, Observer, RawGrid, TriangleMesh};
-use aogrid_grid_format::{GridSpec, Method};
+use aogrid_grid_format::{GridSpec, Sampling};
 use wgpu::{Buffer, BufferUsages};
 
 use crate::kernel::Kernel;
@@ -117,9 +117,9 @@ impl Caster {
         directions: bool,
         observer: Observer<'_>,
     ) -> Result<RawGrid, BakeError> {
-        let variant = match options.method {
-            Method::Faces { .. } => Variant::Faces,
-            Method::Rays { .. } => Variant::MonteCarlo,
+        let variant = match options.sampling {
+            Sampling::CubeFaces { .. } => Variant::Faces,
+            Sampling::MonteCarlo { .. } => Variant::MonteCarlo,
         };
         Ok(self.run(mesh, options, variant, directions, observer)?.0)
     }
@@ -139,7 +139,7 @@ impl Caster {
         options: &BakeOptions,
         observer: Observer<'_>,
     ) -> Result<(RawGrid, FaceBits), BakeError> {
-        assert!(matches!(options.method, Method::Faces { .. }));
+        assert!(matches!(options.sampling, Sampling::CubeFaces { .. }));
         self.run(mesh, options, Variant::FacesWithBits, true, observer)
     }
 
@@ -159,21 +159,21 @@ impl Caster {
         mesh: &UploadedTree,
         options: &BakeOptions,
     ) -> Result<RawGrid, BakeError> {
-        assert!(matches!(options.method, Method::Faces { .. }));
+        assert!(matches!(options.sampling, Sampling::CubeFaces { .. }));
         let unobserved = aogrid_bake_core::UNOBSERVED;
         Ok(self.run(mesh, options, Variant::Naive, true, unobserved)?.0)
     }
 
-    fn check_ray_count(&self, method: Method) -> Result<(), BakeError> {
+    fn check_ray_count(&self, sampling: Sampling) -> Result<(), BakeError> {
         let is_software = self.context.adapter().device_type == wgpu::DeviceType::Cpu;
-        match method {
-            Method::Rays { count, .. } if is_software && count > MAX_SOFTWARE_RAYS => {
+        match sampling {
+            Sampling::MonteCarlo { count, .. } if is_software && count > MAX_SOFTWARE_RAYS => {
                 Err(BakeError::Refused(format!(
                     "{count} rays per cell are more than {MAX_SOFTWARE_RAYS}, the maximum of a \
                      software rasterizer: bake on the CPU"
                 )))
             }
-            Method::Rays { .. } | Method::Faces { .. } => Ok(()),
+            Sampling::MonteCarlo { .. } | Sampling::CubeFaces { .. } => Ok(()),
         }
     }
 
@@ -186,7 +186,7 @@ impl Caster {
         observer: Observer<'_>,
     ) -> Result<(RawGrid, FaceBits), BakeError> {
         options.validate()?;
-        self.check_ray_count(options.method)?;
+        self.check_ray_count(options.sampling)?;
         let Self {
             context,
             kernels,
@@ -201,17 +201,17 @@ impl Caster {
             directions,
             scene: scene(mesh, options),
             spec: &mesh.spec,
-            tables: tables(&submitter, options.method),
+            tables: tables(&submitter, options.sampling),
         };
         let mut raw = RawGrid {
             spec: mesh.spec,
             moments: Vec::with_capacity(total),
             counts: Vec::with_capacity(total),
-            directions: options.method.directions(),
+            directions: options.sampling.directions(),
             layers: None,
         };
-        let (cells, size) = match (variant, options.method) {
-            (Variant::FacesWithBits, Method::Faces { size }) => (total, size),
+        let (cells, size) = match (variant, options.sampling) {
+            (Variant::FacesWithBits, Sampling::CubeFaces { size }) => (total, size),
             _ => (0, 1),
         };
         let mut bits = FaceBits::new(cells, size);

@@ -177,13 +177,13 @@ fn flatten(bvh: &Bvh2) -> (Vec<Node>, Vec<u32>) {
 #[cfg(test)]
 mod tests {
     use aogrid_bake_core::Placement;
-    use aogrid_bake_core::samples::Sample;
+    use aogrid_bake_core::models::Model;
 
     use super::*;
 
     #[test]
     fn leaves_cover_every_triangle_once_and_boxes_contain_their_subtrees() {
-        for sample in [Sample::Box, Sample::SpaceShip, Sample::Robot] {
+        for sample in [Model::Box, Model::SpaceShip, Model::Robot] {
             let mesh = sample.mesh(None).unwrap();
             let spec = Placement::default().place(&mesh.bounds()).unwrap();
             let bvh = Bvh::new(&mesh, &spec, [0.0; 3]);

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use aogrid_bake_core::{FaceBits, FaceSums, FixedTexel, RawGrid, cube_face, fixed_texels};
-use aogrid_grid_format::Method;
+use aogrid_grid_format::Sampling;
 use wgpu::Buffer;
 
 use super::gpu_data::SUBSET_SUMS;
@@ -94,7 +94,7 @@ impl<'a> Bake<'a> {
 
     /// Returns the results, and the buffers for the next bake.
     pub(super) fn finish(self) -> ((RawGrid, FaceBits), BufferPool) {
-        let directions = Method::Faces {
+        let directions = Sampling::CubeFaces {
             size: self.request.size,
         }
         .directions();

@@ -29,7 +29,7 @@ pub(super) struct MeshBuffers {
 
 impl MeshBuffers {
     pub(super) fn new(submitter: &Submitter<'_>, mesh: &PreparedMesh) -> Result<Self, BakeError> {
-        let n_edges = mesh.edges().len() + mesh.lone_edges().len();
+        let n_edges = mesh.edges().len() + mesh.boundary_edges().len();
         let limit = submitter
             .context()
             .device
@@ -100,10 +100,14 @@ fn edges(mesh: &PreparedMesh) -> Vec<[u32; 4]> {
         let [a, b] = e.vertices;
         [a, b, half_edge(e.sides[0]), half_edge(e.sides[1])]
     });
-    let boundary = mesh.lone_edges().par_iter().with_min_len(4096).map(|e| {
-        let [a, b] = e.vertices;
-        [a, b, half_edge(e.side), 0]
-    });
+    let boundary = mesh
+        .boundary_edges()
+        .par_iter()
+        .with_min_len(4096)
+        .map(|e| {
+            let [a, b] = e.vertices;
+            [a, b, half_edge(e.side), 0]
+        });
     interior.chain(boundary).collect()
 }
 
@@ -127,8 +131,8 @@ fn bounds(mesh: &PreparedMesh) -> [[f64; 3]; 2] {
 /// Estimates the mean length of an edge along each axis, in cells.
 fn edge_cells(mesh: &PreparedMesh) -> [f64; 3] {
     let interior = mesh.edges().iter().map(|e| e.vertices);
-    let boundary = mesh.lone_edges().iter().map(|e| e.vertices);
-    let step = ((mesh.edges().len() + mesh.lone_edges().len()) / EDGE_SAMPLES).max(1);
+    let boundary = mesh.boundary_edges().iter().map(|e| e.vertices);
+    let step = ((mesh.edges().len() + mesh.boundary_edges().len()) / EDGE_SAMPLES).max(1);
     let (mut sum, mut n) = ([0.0; 3], 0.0_f64);
     for [a, b] in interior.chain(boundary).step_by(step) {
         let [a, b] = [a, b].map(|v| mesh.vertices()[v as usize]);

@@ -36,9 +36,9 @@ fn silhouettes(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocatio
     let words = interval_words();
     for (var word = 0u; word < words; word++) {
         let slopes = frame.row_slopes[word];
-        facing_intervals[triangle * words + word] = facing(normal, steep, slopes.x)
-            | (facing(normal, steep, slopes.y) << 8u)
-            | (facing(normal, steep, slopes.z) << 16u)
-            | (facing(normal, steep, slopes.w) << 24u);
+        facing_intervals[triangle * words + word] = facing_interval(normal, texels_per_normal, slopes.x)
+            | (facing_interval(normal, texels_per_normal, slopes.y) << 8u)
+            | (facing_interval(normal, texels_per_normal, slopes.z) << 16u)
+            | (facing_interval(normal, texels_per_normal, slopes.w) << 24u);
     }
 }

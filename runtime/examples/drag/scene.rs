@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, UNOBSERVED, post};
 use aogrid_grid_format::{Grid, Source};
 use glam::Vec3;
@@ -18,7 +18,7 @@ pub const TABLE: Vec3 = Vec3::new(1.5, 0.0, -0.9);
 
 /// Returns the vertices of robot, table and floor, and the grids of both objects, which it bakes.
 pub fn models() -> Result<(Vec<Vertex>, Vec<Grid>), Box<dyn Error>> {
-    let [robot, table] = [Sample::Robot, Sample::Table].map(|sample| sample.mesh(None));
+    let [robot, table] = [Model::Robot, Model::Table].map(|sample| sample.mesh(None));
     let (robot, table) = (robot?, table?);
     let f = FLOOR;
     let corners = [[-f, 0.0, f], [f, 0.0, f], [f, 0.0, -f], [-f, 0.0, -f]];
@@ -37,11 +37,11 @@ pub fn models() -> Result<(Vec<Vertex>, Vec<Grid>), Box<dyn Error>> {
         .collect();
     Ok((
         all,
-        vec![bake(&robot, Sample::Robot)?, bake(&table, Sample::Table)?],
+        vec![bake(&robot, Model::Robot)?, bake(&table, Model::Table)?],
     ))
 }
 
-fn bake(mesh: &TriangleMesh, sample: Sample) -> Result<Grid, Box<dyn Error>> {
+fn bake(mesh: &TriangleMesh, sample: Model) -> Result<Grid, Box<dyn Error>> {
     let (placement, options) = (Placement::default(), BakeOptions::recommended());
     let spec = placement.place(&mesh.bounds())?;
     let raw = aogrid_baker_cpu::bake(mesh, spec, &options, UNOBSERVED)?;

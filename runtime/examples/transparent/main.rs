@@ -6,7 +6,7 @@
 
 use std::error::Error;
 
-use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, post};
 use aogrid_grid_format::{Encoding, Grid, Source};
 use aogrid_runtime::{
@@ -137,7 +137,7 @@ type Models = (Vec<Grid>, Vec<(usize, Instance)>, Vec<Vertex>);
 /// Returns a ring of objects on a floor, with their baked grids.
 fn models() -> Result<Models, Box<dyn Error>> {
     const COUNT: usize = 16;
-    let meshes = [Sample::Torus.mesh(None)?, Sample::Table.mesh(None)?];
+    let meshes = [Model::Torus.mesh(None)?, Model::Table.mesh(None)?];
     let mut grids = vec![];
     for mesh in &meshes {
         let (placement, options) = (Placement::default(), BakeOptions::recommended());

@@ -1,6 +1,6 @@
 use aogrid_grid_format::{Encoding, Grid, TexelFormat};
 use aogrid_runtime::shading::*;
-use aogrid_runtime::{AogridOccluder, GridTexture, Instance, LinearTexture, tables, wgsl};
+use aogrid_runtime::{AogridOccluder, CpuTexture, GridTexture, Instance, tables, wgsl};
 
 use crate::gpu::{Gpu, gpu};
 use crate::grids::{ball, faded_ball, spec};
@@ -239,10 +239,10 @@ fn outside() -> Vec<Input> {
 #[test]
 fn looked_up_and_clipped_cones_match_the_cpu_twin() {
     let Some(gpu) = gpu() else { return };
-    let table = LinearTexture::transmittance_table();
+    let table = CpuTexture::transmittance_table();
     for format in TexelFormat::ALL {
         let harness = Harness::new(&gpu, ball(Encoding::Cone, format), &transformed());
-        let grid = LinearTexture::of_grid(&harness.grid);
+        let grid = CpuTexture::of_grid(&harness.grid);
         let worst = harness.max_difference(
             "return vec4f(aogrid_cone(occluder, grid, transmittance, linear_clamp, p, n));",
             &outside(),
@@ -255,10 +255,10 @@ fn looked_up_and_clipped_cones_match_the_cpu_twin() {
 #[test]
 fn faded_grids_need_no_box_test_outside_their_box() {
     let Some(gpu) = gpu() else { return };
-    let table = LinearTexture::transmittance_table();
+    let table = CpuTexture::transmittance_table();
     for format in TexelFormat::ALL {
         let harness = Harness::new(&gpu, faded_ball(format), &transformed());
-        let grid = LinearTexture::of_grid(&harness.grid);
+        let grid = CpuTexture::of_grid(&harness.grid);
         let worst = harness.max_difference(
             "return vec4f(aogrid_cone_faded(occluder, grid, transmittance, linear_clamp, p, n));",
             &outside(),
@@ -284,7 +284,7 @@ fn scalar_occlusion_matches_the_cpu_twin_on_others_and_on_itself() {
             (Encoding::Cone, "aogrid_occlusion_of_cone"),
         ] {
             let harness = Harness::new(&gpu, ball(encoding, format), &transformed());
-            let grid = LinearTexture::of_grid(&harness.grid);
+            let grid = CpuTexture::of_grid(&harness.grid);
             let call =
                 |on_itself| format!("{function}(occluder, grid, linear_clamp, p, {on_itself})");
             let body = format!("return vec4f({}, {}, 0, 0);", call(false), call(true));
@@ -310,10 +310,7 @@ fn scalar_occlusion_matches_the_cpu_twin_on_others_and_on_itself() {
 fn clipping_matches_the_cpu_twin_by_table_and_in_closed_form() {
     let Some(gpu) = gpu() else { return };
     let harness = Harness::new(&gpu, ball(Encoding::Cone, TexelFormat::F16), &transformed());
-    let (table, clip_table) = (
-        LinearTexture::transmittance_table(),
-        LinearTexture::clip_table(),
-    );
+    let (table, clip_table) = (CpuTexture::transmittance_table(), CpuTexture::clip_table());
     let by_table = harness.max_difference(
         "return vec4f(aogrid_clip_transmittance(transmittance, linear_clamp, p.x, p.y));",
         &arguments(),
@@ -358,10 +355,10 @@ fn clipping_matches_the_cpu_twin_by_table_and_in_closed_form() {
 #[test]
 fn clipped_axes_match_the_cpu_twin() {
     let Some(gpu) = gpu() else { return };
-    let clip_table = LinearTexture::clip_table();
+    let clip_table = CpuTexture::clip_table();
     for format in TexelFormat::ALL {
         let harness = Harness::new(&gpu, ball(Encoding::Cone, format), &transformed());
-        let grid = LinearTexture::of_grid(&harness.grid);
+        let grid = CpuTexture::of_grid(&harness.grid);
         let worst = harness.max_difference(
             "let p_grid = aogrid_grid_position(occluder, p);
              return aogrid_cone_with_axis_at(occluder, grid, clip, linear_clamp, p_grid, n);",
@@ -393,7 +390,7 @@ fn angle_rounding() -> f32 {
 #[test]
 fn merged_cones_match_the_cpu_twin_and_are_never_nan() {
     let Some(gpu) = gpu() else { return };
-    let overlaps = LinearTexture::intersection_table();
+    let overlaps = CpuTexture::intersection_table();
     let harness = Harness::new(&gpu, ball(Encoding::Cone, TexelFormat::F16), &transformed());
     // AO of both cones and the angle between them; every ninth input has no axis at all.
     let n = 17;
@@ -454,7 +451,7 @@ fn merged_cones_match_the_cpu_twin_and_are_never_nan() {
 #[test]
 fn merging_with_an_unoccluded_cone_changes_nothing() {
     let Some(gpu) = gpu() else { return };
-    let overlaps = LinearTexture::intersection_table();
+    let overlaps = CpuTexture::intersection_table();
     let harness = Harness::new(&gpu, ball(Encoding::Cone, TexelFormat::F16), &transformed());
     for body in [
         "return aogrid_merge(vec4f(0.0, 0.0, 0.0, 1.0), vec4f(p, n.x), overlaps, linear_clamp);",

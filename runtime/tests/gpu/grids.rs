@@ -1,5 +1,5 @@
 use aogrid_grid_format::{
-    BakeRecord, Boundary, BoundaryMode, Encoding, Grid, GridSpec, Interior, Method, Source,
+    BakeRecord, Boundary, BoundaryMode, Encoding, Grid, GridSpec, Interior, Sampling, Source,
     TexelFormat,
 };
 
@@ -76,7 +76,7 @@ fn record() -> BakeRecord {
     BakeRecord {
         epsilon: None,
         sample_offset: [0.0; 3],
-        method: Method::Faces { size: 16 },
+        sampling: Sampling::CubeFaces { size: 16 },
         max_distance: None,
         interior: Interior::Enclosed,
         interior_cells: 0,

@@ -1,7 +1,7 @@
 use aogrid_grid_format::{Encoding, Grid, TexelFormat};
 use aogrid_runtime::shading::*;
 use aogrid_runtime::{
-    AogridOccluder, Combine, DepthTest, Frame, GridAtlas, GridTexture, Instance, LinearTexture,
+    AogridOccluder, Combine, CpuTexture, DepthTest, Frame, GridAtlas, GridTexture, Instance,
     MergePass, MergePassDescriptor, Mode, Normals, Output, Positions, Receivers, TiledFrame,
     TiledPass, TiledPassDescriptor,
 };
@@ -178,9 +178,9 @@ impl ManyOccluders {
         };
         CpuTwin {
             occluders: self.occluders.iter().map(occluder).collect(),
-            textures: self.grids.iter().map(LinearTexture::of_grid).collect(),
-            clip: LinearTexture::clip_table(),
-            overlaps: LinearTexture::intersection_table(),
+            textures: self.grids.iter().map(CpuTexture::of_grid).collect(),
+            clip: CpuTexture::clip_table(),
+            overlaps: CpuTexture::intersection_table(),
         }
     }
 }
@@ -197,9 +197,9 @@ impl Views {
 /// The CPU twin of the passes: occluders, textures and tables.
 pub struct CpuTwin {
     occluders: Vec<(usize, AogridOccluder)>,
-    textures: Vec<LinearTexture>,
-    clip: LinearTexture,
-    overlaps: LinearTexture,
+    textures: Vec<CpuTexture>,
+    clip: CpuTexture,
+    overlaps: CpuTexture,
 }
 
 impl CpuTwin {

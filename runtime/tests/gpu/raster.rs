@@ -1,7 +1,7 @@
 use aogrid_grid_format::{Encoding, Grid, TexelFormat};
 use aogrid_runtime::shading::*;
 use aogrid_runtime::{
-    AogridOccluder, DepthTest, Frame, GridTexture, Instance, LinearTexture, Mode, Normals,
+    AogridOccluder, CpuTexture, DepthTest, Frame, GridTexture, Instance, Mode, Normals,
     OcclusionPass, OcclusionPassDescriptor, Output, PassError, Positions, PrepareError, Receivers,
 };
 use glam::camera::rh::{proj, view};
@@ -140,8 +140,8 @@ impl Scene {
     /// Returns the CPU twin's image: for each pixel's position, normal and ids the product of its
     /// occluders' transmittances.
     pub fn twin_image(&self, mode: Mode) -> Vec<f32> {
-        let table = LinearTexture::transmittance_table();
-        let texture = LinearTexture::of_grid(&self.grid);
+        let table = CpuTexture::transmittance_table();
+        let texture = CpuTexture::of_grid(&self.grid);
         let pixels = 0..self.buffer.positions.len();
         pixels
             .map(|pixel| {
@@ -311,8 +311,8 @@ fn axes_add_up_while_transmittances_multiply() {
         ..descriptor()
     };
     let found: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&scene.draw(&gpu, with_axis));
-    let clip = LinearTexture::clip_table();
-    let texture = LinearTexture::of_grid(&scene.grid);
+    let clip = CpuTexture::clip_table();
+    let texture = CpuTexture::of_grid(&scene.grid);
     let mut longest = 0.0_f32;
     for (pixel, found) in found.iter().enumerate() {
         let [x, y, z, _] = scene.buffer.positions[pixel];

@@ -96,7 +96,7 @@ fn uploaded_texels_have_the_fraction_along_x() {
 fn uploaded_texels_are_the_master_in_another_format() {
     let (clip, merge) = (ClipTable::committed(), MergeTable::committed());
     let f16 = |bytes: &[u8]| half::f16::from_le_bytes([bytes[0], bytes[1]]).to_f32();
-    let (clip_f16, merge_f16) = (clip.quantised(Format::F16), merge.quantised(Format::F16));
+    let (clip_f16, merge_f16) = (clip.quantized(Format::F16), merge.quantized(Format::F16));
     for (x, y) in [(0, 0), (63, 0), (17, 40), (40, 17)] {
         let texel = &clip_texels(Format::F16)[8 * (x + 64 * y)..][..8];
         let entry = clip_f16.node(x, y);

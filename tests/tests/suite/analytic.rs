@@ -1,6 +1,6 @@
-use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{Moments, Placement, RawGrid, TriangleMesh};
-use aogrid_grid_format::Method;
+use aogrid_grid_format::Sampling;
 use aogrid_tests::{convex_fraction, exact_options, raw, sphere_fraction};
 
 /// The error bounds of six 16×16 faces against exact solid angles.
@@ -75,7 +75,7 @@ fn from_center(position: [f64; 3]) -> ([f64; 3], f64) {
 #[test]
 fn a_ball_occludes_the_solid_angle_of_its_cap() {
     // 20 · 4⁶ triangles: the polyhedron's radius is within 1e-4 of the ball's.
-    let ball = Sample::Sphere.mesh(Some(81_920)).unwrap();
+    let ball = Model::Sphere.mesh(Some(81_920)).unwrap();
     assert_ball(&raw(&ball, &Placement::default(), &exact_options()));
 }
 
@@ -112,12 +112,12 @@ fn outside_box([x, y, z]: [f64; 3]) -> bool {
 
 #[test]
 fn a_box_occludes_the_solid_angles_of_its_faces() {
-    let mesh = Sample::Box.mesh(None).unwrap();
+    let mesh = Model::Box.mesh(None).unwrap();
     assert_box(&mesh, &raw(&mesh, &Placement::default(), &exact_options()));
 
     // With rows half as wide every cell is within the tolerance.
     let mut fine = exact_options();
-    fine.method = Method::Faces { size: 32 };
+    fine.sampling = Sampling::CubeFaces { size: 32 };
     let placement = Placement {
         resolution: [16; 3],
         ..Placement::default()
@@ -163,7 +163,7 @@ pub(crate) fn assert_box(mesh: &TriangleMesh, grid: &RawGrid) {
 /// yes-or-no outcomes, √(a(1−a)/n).
 fn deviations(mesh: &TriangleMesh, exact: impl Fn([f64; 3]) -> f64, n: u32, seed: u64) -> Errors {
     let mut options = exact_options();
-    options.method = Method::Rays { count: n, seed };
+    options.sampling = Sampling::MonteCarlo { count: n, seed };
     let placement = Placement {
         resolution: [12; 3],
         ..Placement::default()
@@ -178,7 +178,7 @@ fn deviations(mesh: &TriangleMesh, exact: impl Fn([f64; 3]) -> f64, n: u32, seed
 
 #[test]
 fn random_rays_converge_to_exact_fractions() {
-    let mesh = Sample::Box.mesh(None).unwrap();
+    let mesh = Model::Box.mesh(None).unwrap();
     for (n, seed) in [(256, 0), (256, 1), (4096, 2)] {
         let found = deviations(&mesh, |p| convex_fraction(&mesh, p), n, seed);
         // Among some 1,700 normal deviates, one exceeds 5 in a thousand seeds; their rms is 1
@@ -193,14 +193,14 @@ fn random_rays_converge_to_exact_fractions() {
 /// Odd faces have texels exactly along the axes, whose directions hold zeros.
 #[test]
 fn the_interior_of_a_box_is_enclosed_for_every_face_size() {
-    let mesh = Sample::Box.mesh(None).unwrap();
+    let mesh = Model::Box.mesh(None).unwrap();
     let placement = Placement {
         resolution: [12; 3],
         ..Placement::default()
     };
     for size in [8, 9, 15, 16, 17] {
         let mut options = exact_options();
-        options.method = Method::Faces { size };
+        options.sampling = Sampling::CubeFaces { size };
         let grid = raw(&mesh, &placement, &options);
         for (position, found, count) in samples(&grid) {
             let inside = !outside_box(position);

@@ -1,11 +1,11 @@
 use std::fs;
 use std::path::Path;
 
-use aogrid_bake_core::samples::{Sample, to_obj};
+use aogrid_bake_core::models::{Model, to_obj};
 use aogrid_tests::files_with_ending;
 
 /// The committed models, for the README's first command and for other programs' tests.
-const COMMITTED: [Sample; 4] = [Sample::Box, Sample::Table, Sample::Robot, Sample::SpaceShip];
+const COMMITTED: [Model; 4] = [Model::Box, Model::Table, Model::Robot, Model::SpaceShip];
 
 #[test]
 fn committed_models_match_the_generator() {

@@ -1,24 +1,24 @@
-use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{BakeOptions, Placement};
-use aogrid_grid_format::Method;
+use aogrid_grid_format::Sampling;
 use aogrid_tests::grid;
 
 #[test]
 fn one_thread_two_threads_and_two_runs_give_the_same_file() {
-    let mesh = Sample::SpaceShip.mesh(None).unwrap();
+    let mesh = Model::SpaceShip.mesh(None).unwrap();
     let placement = Placement {
         resolution: [16; 3],
         ..Placement::default()
     };
     let mut options = BakeOptions::recommended();
-    for method in [
-        Method::Faces { size: 16 },
-        Method::Rays {
+    for sampling in [
+        Sampling::CubeFaces { size: 16 },
+        Sampling::MonteCarlo {
             count: 256,
             seed: 3,
         },
     ] {
-        options.method = method;
+        options.sampling = sampling;
         let with = |threads| {
             let pool = rayon_pool(threads);
             pool.install(|| grid(&mesh, &placement, &options).to_bytes())

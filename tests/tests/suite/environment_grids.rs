@@ -4,11 +4,11 @@
 use std::path::Path;
 
 use aogrid_bake_core::{BakeOptions, Extent, Placement, UNOBSERVED};
-use aogrid_baker_cpu::Occluder;
-use aogrid_baker_cpu::truth::{self, Lighting, Receiver, TruthOptions};
+use aogrid_baker_cpu::RayScene;
+use aogrid_baker_cpu::reference::{self, Lighting, Receiver, ReferenceOptions};
 use aogrid_grid_format::{BoundaryMode, TexelFormat};
 use aogrid_runtime::shading::*;
-use aogrid_runtime::{AogridOccluder, Combine, Instance, LinearTexture};
+use aogrid_runtime::{AogridOccluder, Combine, CpuTexture, Instance};
 use glam::DMat4;
 use xtask::scene::{self, GBuffer, GridSource, Grids, LoadOptions, Scene};
 
@@ -71,21 +71,21 @@ fn receivers_with_grids(name: &str, settings: &Settings) -> OccludedReceivers {
     OccludedReceivers {
         combined: combined_occlusion(&scene, &receivers, settings.combine),
         receivers,
-        occluder: Occluder::new(&scene.flattened(|i| i.casts).unwrap().unwrap()),
+        occluder: RayScene::new(&scene.flattened(|i| i.casts).unwrap().unwrap()),
     }
 }
 
 fn combined_occlusion(scene: &Scene, receivers: &[Receiver], combine: Combine) -> Vec<[f32; 4]> {
     let grids = Grids::new().resolve(scene, UNOBSERVED).unwrap();
-    let clip = LinearTexture::clip_table();
-    let overlaps = LinearTexture::intersection_table();
+    let clip = CpuTexture::clip_table();
+    let overlaps = CpuTexture::intersection_table();
     let mut combined = vec![[0.0, 0.0, 0.0, 1.0]; receivers.len()];
     for instance in scene.casters() {
         let grid = grids[instance.mesh].as_ref().unwrap();
         let world_from_object = DMat4::from(instance.world_from_object).as_mat4();
         let instance_at = Instance::at(world_from_object.to_cols_array_2d());
         let occluder = AogridOccluder::new(grid.spec(), grid.format(), &instance_at).unwrap();
-        let texture = LinearTexture::of_grid(grid);
+        let texture = CpuTexture::of_grid(grid);
         for (receiver, sum) in receivers.iter().zip(&mut combined) {
             let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
             let p_grid = aogrid_grid_position(&occluder, p);
@@ -103,12 +103,12 @@ fn combined_occlusion(scene: &Scene, receivers: &[Receiver], combine: Combine) -
 
 /// Returns the reference AO of each receiver, by other rays than the reference light's.
 fn reference_occlusion(found: &OccludedReceivers) -> Vec<f32> {
-    let options = TruthOptions {
+    let options = ReferenceOptions {
         seed: 1,
         ..options(OCCLUSION_SAMPLES)
     };
     let (occluder, lighting) = (Some(&found.occluder), Lighting::default());
-    let shades = truth::shade(occluder, &found.receivers, &lighting, &options, UNOBSERVED);
+    let shades = reference::shade(occluder, &found.receivers, &lighting, &options, UNOBSERVED);
     shades.unwrap().iter().map(|s| s.occlusion.mean).collect()
 }
 

@@ -4,12 +4,12 @@
 use std::path::Path;
 
 use aogrid_bake_core::UNOBSERVED;
-use aogrid_bake_core::samples::Sample;
-use aogrid_baker_cpu::Occluder;
-use aogrid_baker_cpu::truth::{self, Environment, Lighting, Lobe, Receiver, TruthOptions};
+use aogrid_bake_core::models::Model;
+use aogrid_baker_cpu::RayScene;
+use aogrid_baker_cpu::reference::{self, Environment, Lighting, Lobe, Receiver, ReferenceOptions};
 use aogrid_runtime::environment::*;
 use aogrid_runtime::shading::*;
-use aogrid_runtime::{AogridCone, AogridEnvironment, EnvironmentMap, LinearTexture};
+use aogrid_runtime::{AogridCone, AogridEnvironment, CpuTexture, EnvironmentMap};
 use aogrid_tests::{shared, sphere_fraction};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -21,7 +21,7 @@ pub struct OccludedReceivers {
     pub receivers: Vec<Receiver>,
     /// The sum of all (AO/2) d′ and the product of all 1 − AO.
     pub combined: Vec<[f32; 4]>,
-    pub occluder: Occluder,
+    pub occluder: RayScene,
 }
 
 /// An environment, and the prefiltered map and uniform that a renderer has of it.
@@ -36,16 +36,16 @@ pub struct Light {
 /// subtracted.
 const SAMPLES: u32 = 1024;
 
-pub fn options(samples: u32) -> TruthOptions {
-    TruthOptions {
+pub fn options(samples: u32) -> ReferenceOptions {
+    ReferenceOptions {
         samples,
-        ..TruthOptions::recommended()
+        ..ReferenceOptions::recommended()
     }
 }
 
 /// Returns a ball with its exact cones, over a floor that it nearly touches and beside a wall.
 fn ball() -> OccludedReceivers {
-    let mesh = Sample::Sphere.mesh(Some(20_000)).unwrap();
+    let mesh = Model::Sphere.mesh(Some(20_000)).unwrap();
     let bounds = mesh.bounds();
     let center = DVec3::from(bounds.center().map(f64::from));
     let radius = bounds.half_extents()[1];
@@ -61,7 +61,7 @@ fn ball() -> OccludedReceivers {
     let floor = plane(-1.1 * DVec3::Y, [DVec3::Z, DVec3::X]);
     let wall = plane(-1.5 * DVec3::Z + DVec3::Y, [DVec3::X, DVec3::Y]);
     let receivers: Vec<_> = floor.chain(wall).collect();
-    let table = LinearTexture::clip_table();
+    let table = CpuTexture::clip_table();
     let combined = receivers.iter().map(|receiver| {
         let towards = center - DVec3::from(receiver.position);
         let a = sphere_fraction(radius, towards.length()) as f32;
@@ -74,7 +74,7 @@ fn ball() -> OccludedReceivers {
     OccludedReceivers {
         combined: combined.collect(),
         receivers,
-        occluder: Occluder::new(&mesh),
+        occluder: RayScene::new(&mesh),
     }
 }
 
@@ -159,8 +159,8 @@ pub type Errors = [f64; 3];
 /// A function from a receiver's index to the light that it reflects.
 type Estimator<'a> = &'a (dyn Fn(usize) -> [f32; 3] + Sync);
 
-fn errors(truth: &[truth::Shade], estimators: [Estimator<'_>; 3]) -> Errors {
-    let square = |found: [f32; 3], truth: &truth::Shade| -> f64 {
+fn errors(truth: &[reference::ShadingEstimate], estimators: [Estimator<'_>; 3]) -> Errors {
+    let square = |found: [f32; 3], truth: &reference::ShadingEstimate| -> f64 {
         let off = (0..3).map(|c| f64::from(found[c] - truth.light[c].mean).powi(2));
         off.sum()
     };
@@ -199,7 +199,7 @@ pub fn diffuse(found: &OccludedReceivers, light: &Light, samples: u32) -> Errors
         ..Default::default()
     };
     let (occluder, options) = (Some(&found.occluder), options(samples));
-    let truth = truth::shade(occluder, &found.receivers, &lighting, &options, UNOBSERVED);
+    let truth = reference::shade(occluder, &found.receivers, &lighting, &options, UNOBSERVED);
     let Light { map, uniform, .. } = light;
     let normal = |idx: usize| found.receivers[idx].normal.map(|x| x as f32);
     let ours = |idx: usize| aogrid_lambertian(uniform, map, found.combined[idx], normal(idx));
@@ -226,7 +226,7 @@ fn glossy(found: &OccludedReceivers, light: &Light, half_angle: f64) -> Errors {
         ..Default::default()
     };
     let (occluder, options) = (Some(&found.occluder), options(SAMPLES));
-    let truth = truth::reflect(occluder, &lobes, &lighting, &options, UNOBSERVED);
+    let truth = reference::reflect(occluder, &lobes, &lighting, &options, UNOBSERVED);
     let fraction = (0.5 * (1.0 - half_angle.to_radians().cos())) as f32;
     let Light { map, uniform, .. } = light;
     let normal = |idx: usize| found.receivers[idx].normal.map(|x| x as f32);

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use aogrid_baker_cpu::truth::Environment;
+use aogrid_baker_cpu::reference::Environment;
 use aogrid_tests::{files_with_ending, shared};
 use glam::DVec3;
 use xtask::scene::{LoadOptions, parse};

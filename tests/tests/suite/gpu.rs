@@ -1,15 +1,15 @@
 use std::ops::ControlFlow;
 
+use aogrid_bake_core::models::Model;
 use aogrid_bake_core::post::Classification;
-use aogrid_bake_core::samples::Sample;
 use aogrid_bake_core::{
-    BakeOptions, FaceBits, Kernel, Placement, PreparedMesh, Progress, RawGrid, TriangleMesh,
-    UNOBSERVED, WhyRays, mesh, post,
+    Algorithm, BakeOptions, FaceBits, Placement, PreparedMesh, Progress, RawGrid,
+    RayFallbackReason, TriangleMesh, UNOBSERVED, mesh, post,
 };
-use aogrid_baker_cpu::Occluder;
+use aogrid_baker_cpu::RayScene;
 use aogrid_baker_gpu::wgpu::Limits;
-use aogrid_baker_gpu::{BakeError, Baker, Caster, Choice, Context, ContextError, Sweeper};
-use aogrid_grid_format::{Encoding, GridSpec, Method};
+use aogrid_baker_gpu::{AdapterSelector, BakeError, Baker, Caster, Context, ContextError, Sweeper};
+use aogrid_grid_format::{Encoding, GridSpec, Sampling};
 use aogrid_tests::{exact_options, files_with_ending, gpu, mesh_of, shared};
 use xtask::parity::Parity;
 
@@ -44,13 +44,13 @@ fn models_match_at_any_resolution_and_face_size() {
     let Some(context) = gpu() else { return };
     let mut sweeper = Sweeper::new(context);
     for (sample, resolution, size) in [
-        (Sample::Table, [12, 9, 10], 16),
-        (Sample::Robot, [16, 21, 11], 8),
-        (Sample::SpaceShip, [24, 10, 33], 13),
-        (Sample::Torus, [8, 35, 8], 17),
-        (Sample::LShape, [8; 3], 40),
+        (Model::Table, [12, 9, 10], 16),
+        (Model::Robot, [16, 21, 11], 8),
+        (Model::SpaceShip, [24, 10, 33], 13),
+        (Model::Torus, [8, 35, 8], 17),
+        (Model::LShape, [8; 3], 40),
         // More cells along an axis than a brick has.
-        (Sample::Robot, [8, 9, 270], 8),
+        (Model::Robot, [8, 9, 270], 8),
     ] {
         let mesh = sample.mesh(None).unwrap();
         assert_matches_the_cpu(&mut sweeper, &mesh, resolution, size);
@@ -61,7 +61,7 @@ fn models_match_at_any_resolution_and_face_size() {
 fn soups_and_hundreds_of_layers_match() {
     let Some(context) = gpu() else { return };
     let mut sweeper = Sweeper::new(context);
-    let robot: Vec<Corners> = Sample::Robot.mesh(None).unwrap().corners().collect();
+    let robot: Vec<Corners> = Model::Robot.mesh(None).unwrap().corners().collect();
     let open: Vec<Corners> = robot.iter().step_by(2).copied().collect();
     let wound: Vec<Corners> = (0..)
         .zip(&robot)
@@ -108,7 +108,7 @@ fn layers_without_row_hits_are_counted() {
 fn grids_that_do_not_enclose_the_mesh_match() {
     let Some(context) = gpu() else { return };
     let mut sweeper = Sweeper::new(context);
-    let mesh = Sample::Robot.mesh(None).unwrap();
+    let mesh = Model::Robot.mesh(None).unwrap();
     let [low, high] = [mesh.bounds().min, mesh.bounds().max];
     let middle: [f32; 3] = std::array::from_fn(|x| (low[x] + high[x]) / 2.0);
     let half: [f32; 3] = std::array::from_fn(|x| (high[x] - low[x]) / 2.0);
@@ -166,10 +166,10 @@ fn bake(context: &Context, mesh: &TriangleMesh, spec: GridSpec, o: &BakeOptions)
 #[test]
 fn a_ball_and_a_box_have_the_exact_occlusion() {
     let Some(context) = gpu() else { return };
-    let ball = Sample::Sphere.mesh(Some(81_920)).unwrap();
+    let ball = Model::Sphere.mesh(Some(81_920)).unwrap();
     let options = exact_options();
     analytic::assert_ball(&bake(context, &ball, placed(&ball, 32), &options));
-    let cube = Sample::Box.mesh(None).unwrap();
+    let cube = Model::Box.mesh(None).unwrap();
     analytic::assert_box(&cube, &bake(context, &cube, placed(&cube, 32), &options));
 }
 
@@ -182,12 +182,12 @@ const MAX_MISMATCH_RATE: f64 = 2e-6;
 #[test]
 fn rays_with_and_without_a_maximum_distance_match_the_cpu() {
     let Some(context) = gpu() else { return };
-    let mesh = Sample::SpaceShip.mesh(None).unwrap();
+    let mesh = Model::SpaceShip.mesh(None).unwrap();
     let spec = placed(&mesh, 8);
     let mut caster = Caster::new(context);
     for (max_distance, size) in [(None, 16), (Some(0.4), 9), (Some(1.5), 24)] {
         let options = BakeOptions {
-            method: Method::Faces { size },
+            sampling: Sampling::CubeFaces { size },
             max_distance,
             ..BakeOptions::recommended()
         };
@@ -197,7 +197,7 @@ fn rays_with_and_without_a_maximum_distance_match_the_cpu() {
             .unwrap();
         let again = caster.bake(&uploaded, &options, true, UNOBSERVED).unwrap();
         assert!(again == raw, "with bits and without");
-        let cpu = Occluder::new(&mesh)
+        let cpu = RayScene::new(&mesh)
             .bake(spec, &options, UNOBSERVED)
             .unwrap();
         let off: u32 = (0..raw.counts.len())
@@ -214,11 +214,11 @@ fn rays_with_and_without_a_maximum_distance_match_the_cpu() {
 #[test]
 fn the_naive_kernel_matches_the_others() {
     let Some(context) = gpu() else { return };
-    for (sample, size) in [(Sample::Box, 16), (Sample::Table, 8), (Sample::LShape, 16)] {
+    for (sample, size) in [(Model::Box, 16), (Model::Table, 8), (Model::LShape, 16)] {
         let mesh = sample.mesh(None).unwrap();
         let spec = placed(&mesh, 9);
         let options = BakeOptions {
-            method: Method::Faces { size },
+            sampling: Sampling::CubeFaces { size },
             ..BakeOptions::recommended()
         };
         let mut caster = Caster::new(context);
@@ -240,15 +240,15 @@ fn the_naive_kernel_matches_the_others() {
 #[test]
 fn random_rays_match_the_cpu() {
     let Some(context) = gpu() else { return };
-    let mesh = Sample::Robot.mesh(None).unwrap();
+    let mesh = Model::Robot.mesh(None).unwrap();
     let spec = placed(&mesh, 8);
     for (count, seed) in [(1, 0), (100, 7), (700, u64::MAX)] {
         let options = BakeOptions {
-            method: Method::Rays { count, seed },
+            sampling: Sampling::MonteCarlo { count, seed },
             ..BakeOptions::recommended()
         };
         let raw = bake(context, &mesh, spec, &options);
-        let cpu = Occluder::new(&mesh)
+        let cpu = RayScene::new(&mesh)
             .bake(spec, &options, UNOBSERVED)
             .unwrap();
         let mut off = 0;
@@ -270,7 +270,7 @@ fn random_rays_match_the_cpu() {
 #[test]
 fn the_algorithm_is_chosen_as_on_the_cpu() {
     let Some(context) = gpu() else { return };
-    let mesh = Sample::Table.mesh(None).unwrap();
+    let mesh = Model::Table.mesh(None).unwrap();
     let spec = placed(&mesh, 8);
     let faces = BakeOptions::recommended();
     let near = BakeOptions {
@@ -279,23 +279,26 @@ fn the_algorithm_is_chosen_as_on_the_cpu() {
     };
     let mut baker = Baker::new(context, None);
     assert_eq!(
-        baker.prepare(&mesh, spec, &faces).unwrap().kernel(),
-        Kernel::Sweep
+        baker.prepare(&mesh, spec, &faces).unwrap().algorithm(),
+        Algorithm::DirectionSweep
     );
     let rays = baker.prepare(&mesh, spec, &near).unwrap();
     assert_eq!(
-        (rays.kernel(), rays.why_rays()),
-        (Kernel::Rays, Some(&WhyRays::MaxDistance))
+        (rays.algorithm(), rays.fallback_reason()),
+        (Algorithm::RayCasting, Some(&RayFallbackReason::MaxDistance))
     );
-    let mut sweep = Baker::new(context, Some(Kernel::Sweep));
+    let mut sweep = Baker::new(context, Some(Algorithm::DirectionSweep));
     let refused = sweep.prepare(&mesh, spec, &near).err();
-    assert_eq!(refused, Some(BakeError::NoSweep(WhyRays::MaxDistance)));
+    assert_eq!(
+        refused,
+        Some(BakeError::NoSweep(RayFallbackReason::MaxDistance))
+    );
 }
 
 #[test]
 fn baking_occlusion_alone_gives_the_same_occlusion() {
     let Some(context) = gpu() else { return };
-    let mesh = Sample::Robot.mesh(None).unwrap();
+    let mesh = Model::Robot.mesh(None).unwrap();
     let spec = placed(&mesh, 12);
     for max_distance in [None, Some(2.0)] {
         let options = BakeOptions {
@@ -331,9 +334,9 @@ fn a_warm_sweeper_gives_the_same_bits() {
     let Some(context) = gpu() else { return };
     let mut warm = Sweeper::new(context);
     for (sample, n, size) in [
-        (Sample::SpaceShip, [8, 9, 30], 9),
-        (Sample::Table, [20; 3], 16),
-        (Sample::SpaceShip, [8, 9, 30], 9),
+        (Model::SpaceShip, [8, 9, 30], 9),
+        (Model::Table, [20; 3], 16),
+        (Model::SpaceShip, [8, 9, 30], 9),
     ] {
         let mesh = || prepared(&sample.mesh(None).unwrap(), n);
         let uploaded = warm.upload(mesh()).unwrap();
@@ -368,7 +371,7 @@ fn permuted(
 fn the_comparison_detects_wrong_bits() {
     let Some(context) = gpu() else { return };
     let (n, size) = (10_usize, 8_u32);
-    let triangles: Vec<Corners> = Sample::Table.mesh(None).unwrap().corners().collect();
+    let triangles: Vec<Corners> = Model::Table.mesh(None).unwrap().corners().collect();
     let mesh = || prepared(&mesh_of(&triangles), [n as u32; 3]);
     let mut sweeper = Sweeper::new(context);
     let Parity { bits, .. } = compare_gpu(&mut sweeper, mesh(), size);
@@ -415,7 +418,7 @@ fn the_comparison_detects_wrong_bits() {
 #[test]
 fn a_bake_reports_progress_and_can_be_cancelled() {
     let Some(context) = gpu() else { return };
-    let mesh = Sample::Table.mesh(None).unwrap();
+    let mesh = Model::Table.mesh(None).unwrap();
     let spec = placed(&mesh, 24);
     let mut options = BakeOptions::recommended();
     for max_distance in [None, Some(3.0)] {
@@ -451,7 +454,7 @@ fn own_device(limits: Limits) -> Option<Context> {
 
 #[test]
 fn a_lost_device_is_an_error_and_no_panic() {
-    let mesh = Sample::Table.mesh(None).unwrap();
+    let mesh = Model::Table.mesh(None).unwrap();
     let spec = placed(&mesh, 24);
     let mut options = BakeOptions::recommended();
     for max_distance in [None, Some(3.0)] {
@@ -492,11 +495,11 @@ fn small_limits_give_the_same_grid_or_an_error_that_says_so() {
     };
     let Some(usual) = gpu() else { return };
     let options = BakeOptions::recommended();
-    let mesh = Sample::Robot.mesh(None).unwrap();
+    let mesh = Model::Robot.mesh(None).unwrap();
     let spec = placed(&mesh, 16);
     let expected = bake(usual, &mesh, spec, &options);
     assert_eq!(bake(&context, &mesh, spec, &options), expected);
-    let large = Sample::Sphere.mesh(Some(100_000)).unwrap();
+    let large = Model::Sphere.mesh(Some(100_000)).unwrap();
     let spec = placed(&large, 8);
     let mut baker = Baker::new(&context, None);
     let error = baker.prepare(&large, spec, &options).err();
@@ -508,7 +511,7 @@ fn small_limits_give_the_same_grid_or_an_error_that_says_so() {
 
 #[test]
 fn a_missing_adapter_is_named() {
-    let error = Context::new(&Choice::Named("Voodoo 2".into())).err();
+    let error = Context::new(&AdapterSelector::Named("Voodoo 2".into())).err();
     assert!(matches!(error, Some(ContextError::NotFound { .. })));
     let message = error.unwrap().to_string();
     assert!(
@@ -522,12 +525,7 @@ fn every_baker_finds_the_same_interior() {
     let Some(context) = gpu() else {
         return;
     };
-    for sample in [
-        Sample::House,
-        Sample::Patchwork,
-        Sample::Bowl,
-        Sample::Robot,
-    ] {
+    for sample in [Model::House, Model::Patchwork, Model::Bowl, Model::Robot] {
         let mesh = sample.mesh(None).unwrap();
         let placement = Placement {
             resolution: [12, 10, 9],
@@ -545,17 +543,13 @@ fn every_baker_finds_the_same_interior() {
             let mut prepared = baker.prepare(&mesh, spec, &faces).unwrap();
             prepared.bake(UNOBSERVED).unwrap()
         };
-        let sweep = by_cpu(Some(Kernel::Sweep), &faces);
+        let sweep = by_cpu(Some(Algorithm::DirectionSweep), &faces);
         let expected = Classification::of(&sweep);
-        assert_eq!(
-            sweep.layers.is_none(),
-            sample == Sample::Robot,
-            "{sample:?}"
-        );
+        assert_eq!(sweep.layers.is_none(), sample == Model::Robot, "{sample:?}");
         for raw in [
-            by_cpu(Some(Kernel::Rays), &faces),
-            by_gpu(Some(Kernel::Sweep)),
-            by_gpu(Some(Kernel::Rays)),
+            by_cpu(Some(Algorithm::RayCasting), &faces),
+            by_gpu(Some(Algorithm::DirectionSweep)),
+            by_gpu(Some(Algorithm::RayCasting)),
         ] {
             assert_eq!(raw.layers, sweep.layers, "{sample:?}");
             assert_eq!(Classification::of(&raw), expected, "{sample:?}");
@@ -566,7 +560,7 @@ fn every_baker_finds_the_same_interior() {
             ..faces
         };
         let random = BakeOptions {
-            method: Method::Rays { count: 64, seed: 1 },
+            sampling: Sampling::MonteCarlo { count: 64, seed: 1 },
             ..faces
         };
         for options in [near, random] {

@@ -1,6 +1,6 @@
 //! Tests that an instance shades like the equally transformed mesh, baked again.
 
-use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{Extent, Placement, TriangleMesh};
 use aogrid_grid_format::Grid;
 use aogrid_runtime::Instance;
@@ -76,7 +76,7 @@ const MAX_RMSE: f64 = 1e-4;
 
 #[test]
 fn rotated_enlarged_and_mirrored_instances_shade_like_a_new_bake() {
-    let mesh = Sample::LShape.mesh(None).unwrap();
+    let mesh = Model::LShape.mesh(None).unwrap();
     let baked = grid(&mesh, &Placement::default(), &exact_options());
     for (name, m) in exact_transforms() {
         let rebaked = grid(
@@ -135,7 +135,7 @@ const MAX_ERROR_RATIO: f64 = 1.25;
 
 #[test]
 fn arbitrarily_rotated_instances_differ_from_a_new_bake_no_more_than_two_grids_do() {
-    let mesh = Sample::LShape.mesh(None).unwrap();
+    let mesh = Model::LShape.mesh(None).unwrap();
     let options = exact_options();
     let baked = grid(&mesh, &Placement::default(), &options);
     let m = arbitrary_transform();
@@ -178,7 +178,7 @@ const STRETCH_CASES: [(f32, f64); 3] = [(1.1, 0.018), (1.5, 0.066), (2.0, 0.11)]
 
 #[test]
 fn stretched_instances_have_the_documented_error() {
-    let mesh = Sample::LShape.mesh(None).unwrap();
+    let mesh = Model::LShape.mesh(None).unwrap();
     let baked = grid(&mesh, &Placement::default(), &exact_options());
     for (stretch, max_rmse) in STRETCH_CASES {
         let m = [

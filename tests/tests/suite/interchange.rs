@@ -5,9 +5,9 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
-use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{BakeOptions, Placement};
-use aogrid_grid_format::{Encoding, Method, TexelFormat};
+use aogrid_grid_format::{Encoding, Sampling, TexelFormat};
 use aogrid_tests::grid;
 
 use crate::node::node;
@@ -15,7 +15,7 @@ use crate::node::node;
 #[test]
 fn ktx_parse_and_three_js_read_every_kind_of_file() {
     let Some(node) = node() else { return };
-    let mesh = Sample::Table.mesh(None).unwrap();
+    let mesh = Model::Table.mesh(None).unwrap();
     let kinds: Vec<_> = Encoding::ALL
         .into_iter()
         .flat_map(|encoding| TexelFormat::ALL.map(|format| (encoding, format)))
@@ -29,7 +29,7 @@ fn ktx_parse_and_three_js_read_every_kind_of_file() {
         .iter()
         .map(|&(encoding, format)| {
             let options = BakeOptions {
-                method: Method::Faces { size: 8 },
+                sampling: Sampling::CubeFaces { size: 8 },
                 encoding,
                 format,
                 ..BakeOptions::recommended()

@@ -1,10 +1,10 @@
 use std::path::PathBuf;
 
 use aogrid_bake_core::mesh::{self, Part};
-use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh};
-use aogrid_baker_cpu::Occluder;
-use aogrid_baker_cpu::truth::Receiver;
+use aogrid_baker_cpu::RayScene;
+use aogrid_baker_cpu::reference::Receiver;
 use aogrid_grid_format::{Grid, Interior};
 use aogrid_tests::{Shaded, exact_options, grid, shared, surface_points, truth, winding_number};
 
@@ -55,7 +55,7 @@ struct Judged {
 }
 
 impl Judged {
-    fn new(occluder: &Occluder, receivers: Vec<Receiver>, lift: f64) -> Self {
+    fn new(occluder: &RayScene, receivers: Vec<Receiver>, lift: f64) -> Self {
         let truth = truth(occluder, &receivers, lift, SAMPLES);
         let (receivers, truth) = receivers
             .into_iter()
@@ -86,7 +86,7 @@ struct Scene {
 impl Scene {
     /// Around `mesh`, whose faces lie as those of `sides`, from which points are taken.
     fn new(mesh: &TriangleMesh, sides: &TriangleMesh) -> Self {
-        let occluder = Occluder::new(mesh);
+        let occluder = RayScene::new(mesh);
         let lift = LIFT * diagonal(mesh);
         let spec = Placement::default().place(&mesh.bounds()).unwrap();
         let cell = spec.cell_size().into_iter().fold(0.0, f64::max);
@@ -262,7 +262,7 @@ fn with_bottom(mesh: &TriangleMesh) -> TriangleMesh {
 
 #[test]
 fn our_open_models_do_not_shade_themselves_black() {
-    for (sample, largest) in [(Sample::OpenBox, 0.02), (Sample::OpenBoxes, 0.20)] {
+    for (sample, largest) in [(Model::OpenBox, 0.02), (Model::OpenBoxes, 0.20)] {
         let mesh = sample.mesh(None).unwrap();
         let closed = with_bottom(&mesh);
         let near_if_closed = Scene::new(&closed, &mesh)
@@ -271,7 +271,7 @@ fn our_open_models_do_not_shade_themselves_black() {
         let found = rmse_on_itself(sample.name(), &mesh, &mesh, near_if_closed);
         assert!(found <= largest, "{}: {found}", sample.name());
     }
-    let house = Sample::House.mesh(None).unwrap();
+    let house = Model::House.mesh(None).unwrap();
     let found = rmse_on_itself("house", &house, &house, UNKNOWN);
     assert!(found <= 0.10, "house: {found}");
 }
@@ -283,11 +283,11 @@ fn doubt_tells_sheets_from_solids() {
         let grid = baked(mesh, Interior::Signed);
         grid.record().inside.map(|inside| inside.doubt)
     };
-    for sample in Sample::CLOSED {
+    for sample in Model::CLOSED {
         assert_eq!(doubt(&sample.mesh(None).unwrap()), None, "{sample:?}");
     }
-    let of = |sample: Sample| doubt(&sample.mesh(None).unwrap()).unwrap();
-    assert!(of(Sample::House) < 0.1 && of(Sample::OpenBox) < 0.5);
-    assert!(of(Sample::Bowl) > 0.5);
-    assert_eq!(of(Sample::Sheet), 1.0);
+    let of = |sample: Model| doubt(&sample.mesh(None).unwrap()).unwrap();
+    assert!(of(Model::House) < 0.1 && of(Model::OpenBox) < 0.5);
+    assert!(of(Model::Bowl) > 0.5);
+    assert_eq!(of(Model::Sheet), 1.0);
 }

@@ -4,14 +4,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 use aogrid_bake_core::UNOBSERVED;
-use aogrid_baker_cpu::Occluder;
-use aogrid_baker_cpu::truth::{Lighting, Receiver, TruthOptions, shade};
+use aogrid_baker_cpu::RayScene;
+use aogrid_baker_cpu::reference::{Lighting, Receiver, ReferenceOptions, shade};
 use aogrid_grid_format::Grid;
 use aogrid_runtime::shading::{
     aogrid_clip, aogrid_clipped_axis, aogrid_cone_with_axis_at, aogrid_cos_beta,
     aogrid_grid_position, aogrid_is_inside, aogrid_merge_cone, aogrid_multiply,
 };
-use aogrid_runtime::{AogridOccluder, Instance, LinearTexture};
+use aogrid_runtime::{AogridOccluder, CpuTexture, Instance};
 use glam::{DVec3, Vec3};
 use xtask::scene::{GBuffer, Grids, LoadOptions, Scene, load, parse};
 
@@ -25,18 +25,18 @@ enum Combine {
 /// A scene, its casters' grids, its receivers and their reference AO.
 struct Shading {
     scene: Scene,
-    casters: Vec<(AogridOccluder, Arc<Grid>, Arc<LinearTexture>)>,
+    casters: Vec<(AogridOccluder, Arc<Grid>, Arc<CpuTexture>)>,
     receivers: Vec<Receiver>,
     truth: Vec<f32>,
-    clip: LinearTexture,
-    overlaps: LinearTexture,
+    clip: CpuTexture,
+    overlaps: CpuTexture,
 }
 
 impl Shading {
     /// Bakes the grids of a scene, and traces the reference AO of `receivers`.
     fn new(scene: Scene, receivers: Vec<Receiver>, samples: u32) -> Self {
         let grids = Grids::new().resolve(&scene, UNOBSERVED).unwrap();
-        let texture = |grid: &Option<Arc<Grid>>| grid.as_deref().map(LinearTexture::of_grid);
+        let texture = |grid: &Option<Arc<Grid>>| grid.as_deref().map(CpuTexture::of_grid);
         let textures: Vec<_> = grids.iter().map(|g| texture(g).map(Arc::new)).collect();
         let casters = scene.casters().map(|instance| {
             let grid = grids[instance.mesh].clone().unwrap();
@@ -47,20 +47,20 @@ impl Shading {
         });
         let casters = casters.collect();
         let flat = scene.flattened(|instance| instance.casts).unwrap().unwrap();
-        let options = TruthOptions {
+        let options = ReferenceOptions {
             samples,
             ..scene.truth
         };
         let lighting = Lighting::default();
-        let occluder = Occluder::new(&flat);
+        let occluder = RayScene::new(&flat);
         let shades = shade(Some(&occluder), &receivers, &lighting, &options, UNOBSERVED).unwrap();
         Self {
             casters,
             truth: shades.iter().map(|s| s.occlusion.mean).collect(),
             receivers,
             scene,
-            clip: LinearTexture::clip_table(),
-            overlaps: LinearTexture::intersection_table(),
+            clip: CpuTexture::clip_table(),
+            overlaps: CpuTexture::intersection_table(),
         }
     }
 

@@ -2,7 +2,7 @@ use std::fs;
 
 use aogrid_bake_core::mesh::{self, MeshReport};
 use aogrid_bake_core::{BakeOptions, Placement};
-use aogrid_grid_format::{Grid, Method};
+use aogrid_grid_format::{Grid, Sampling};
 use aogrid_tests::{grid, shared};
 
 /// A mesh's properties as listed in the data folder's README; the numbers come from other programs.
@@ -84,7 +84,7 @@ fn every_real_mesh_bakes() {
         ..Placement::default()
     };
     let options = BakeOptions {
-        method: Method::Faces { size: 8 },
+        sampling: Sampling::CubeFaces { size: 8 },
         ..BakeOptions::recommended()
     };
     for path in aogrid_tests::files_with_ending(&folder, ".obj") {

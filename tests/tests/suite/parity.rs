@@ -1,11 +1,11 @@
 use std::ops::ControlFlow;
 
-use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{
     BakeOptions, FaceSums, Placement, PreparedMesh, Progress, TriangleMesh, UNOBSERVED,
     fixed_texels, mesh,
 };
-use aogrid_baker_cpu::{BakeError, SnappedRays, Sweeper};
+use aogrid_baker_cpu::{BakeError, QuantizedMeshRays, Sweeper};
 use aogrid_grid_format::GridSpec;
 use aogrid_tests::{files_with_ending, mesh_of, shared};
 use proptest::prelude::*;
@@ -51,12 +51,12 @@ pub(crate) const MAX_MISMATCHES_GPU: usize = 1;
 #[test]
 fn models_match_at_any_resolution_and_face_size() {
     for (sample, resolution, size) in [
-        (Sample::Table, [12, 9, 10], 16),
-        (Sample::Robot, [16, 21, 11], 8),
-        (Sample::SpaceShip, [24, 10, 33], 13),
-        (Sample::Torus, [8, 35, 8], 17),
-        (Sample::Sphere, [9, 9, 40], 24),
-        (Sample::LShape, [8, 8, 8], 128),
+        (Model::Table, [12, 9, 10], 16),
+        (Model::Robot, [16, 21, 11], 8),
+        (Model::SpaceShip, [24, 10, 33], 13),
+        (Model::Torus, [8, 35, 8], 17),
+        (Model::Sphere, [9, 9, 40], 24),
+        (Model::LShape, [8, 8, 8], 128),
     ] {
         let mesh = prepared(&sample.mesh(None).unwrap(), resolution);
         assert_parity(&compare(&mesh, size), MAX_MISMATCHES_CPU, sample.name());
@@ -113,7 +113,7 @@ fn flipped(t: &Corners) -> Corners {
 
 #[test]
 fn broken_meshes_match() {
-    let robot: Vec<Corners> = Sample::Robot.mesh(None).unwrap().corners().collect();
+    let robot: Vec<Corners> = Model::Robot.mesh(None).unwrap().corners().collect();
     let open: Vec<Corners> = robot.iter().step_by(2).copied().collect();
     let wound: Vec<Corners> = (0..)
         .zip(&robot)
@@ -155,7 +155,7 @@ fn five_thousand_random_triangles_match() {
 
 #[test]
 fn winding_and_welding_do_not_matter() {
-    let mesh = Sample::SpaceShip.mesh(None).unwrap();
+    let mesh = Model::SpaceShip.mesh(None).unwrap();
     let split: Vec<Corners> = mesh.corners().collect();
     let turned: Vec<Corners> = split.iter().map(flipped).collect();
     let bits = |mesh: &TriangleMesh| compare(&prepared(mesh, [12; 3]), 16).bits;
@@ -226,7 +226,7 @@ pub(crate) fn stack_of_sheets(n: u16) -> Vec<Corners> {
 
 #[test]
 fn a_grid_inside_the_mesh_matches() {
-    let mesh = Sample::Robot.mesh(None).unwrap();
+    let mesh = Model::Robot.mesh(None).unwrap();
     for (resolution, extents) in [([8; 3], [0.1, 0.05, 0.1]), ([8, 40, 9], [0.02; 3])] {
         let spec = GridSpec::new(resolution, mesh.bounds().center(), extents).unwrap();
         let mesh = PreparedMesh::new(&mesh, spec, BakeOptions::SAMPLE_OFFSET).unwrap();
@@ -237,7 +237,7 @@ fn a_grid_inside_the_mesh_matches() {
 
 #[test]
 fn moments_match_the_bits() {
-    let mesh = prepared(&Sample::Robot.mesh(None).unwrap(), [9, 8, 14]);
+    let mesh = prepared(&Model::Robot.mesh(None).unwrap(), [9, 8, 14]);
     for size in [8, 16, 21] {
         let Parity { raw, bits, .. } = compare(&mesh, size);
         let texels = fixed_texels(size);
@@ -256,7 +256,7 @@ fn moments_match_the_bits() {
 
 #[test]
 fn a_warm_sweeper_and_any_number_of_threads_give_the_same_bits() {
-    let meshes = [Sample::Table, Sample::SpaceShip].map(|s| s.mesh(None).unwrap());
+    let meshes = [Model::Table, Model::SpaceShip].map(|s| s.mesh(None).unwrap());
     let [table, ship] = [
         prepared(&meshes[0], [30; 3]),
         prepared(&meshes[1], [8, 9, 40]),
@@ -282,7 +282,7 @@ fn a_warm_sweeper_and_any_number_of_threads_give_the_same_bits() {
 /// The comparison itself must detect each of these errors.
 #[test]
 fn the_comparison_detects_changed_meshes() {
-    let whole: Vec<Corners> = Sample::Table.mesh(None).unwrap().corners().collect();
+    let whole: Vec<Corners> = Model::Table.mesh(None).unwrap().corners().collect();
     let mesh = prepared(&mesh_of(&whole), [12; 3]);
     let Parity { bits, .. } = compare(&mesh, 8);
     let mut one_less = whole.clone();
@@ -295,7 +295,7 @@ fn the_comparison_detects_changed_meshes() {
     for (what, triangles) in [("a hole", one_less), ("a push", moved)] {
         let other = mesh_of(&triangles);
         let other = PreparedMesh::new(&other, spec, BakeOptions::SAMPLE_OFFSET).unwrap();
-        let differences = bits.differences(&SnappedRays::new(&other).faces(8));
+        let differences = bits.differences(&QuantizedMeshRays::new(&other).faces(8));
         assert!(differences.len() > 10, "{what}: {}", differences.len());
         let far = differences.iter().filter(|&&d| graze(&mesh, 8, d) > 1e-3);
         assert!(far.count() > 0, "{what}: all graze an edge");

@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use aogrid_bake_core::UNOBSERVED;
-use aogrid_baker_cpu::Occluder;
-use aogrid_baker_cpu::truth::{Lighting, shade};
+use aogrid_baker_cpu::RayScene;
+use aogrid_baker_cpu::reference::{Lighting, shade};
 use aogrid_grid_format::BoundaryMode;
 use aogrid_tests::{files_with_ending, shared};
 use glam::DVec3;
@@ -158,7 +158,7 @@ fn the_reference_matches_the_independent_program() {
         let list = scene.receivers.as_ref().unwrap();
         let column = list.columns.iter().position(|c| c == "truth").unwrap();
         let casters = scene.flattened(|i| i.casts).unwrap().unwrap();
-        let occluder = Occluder::new(&casters);
+        let occluder = RayScene::new(&casters);
         let lighting = Lighting::default();
         // Every third receiver; `render --mode truth` shades all of them.
         let chosen: Vec<usize> = (0..list.points.len()).step_by(3).collect();

@@ -1,4 +1,4 @@
-use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{Extent, Placement, RawGrid, TriangleMesh};
 use aogrid_tests::{exact_options, mesh_of, raw};
 
@@ -33,12 +33,12 @@ fn assert_mirrors(mesh: &TriangleMesh, axes: &[usize], what: &str) {
 #[test]
 fn symmetric_models_have_symmetric_counts() {
     for (sample, axes) in [
-        (Sample::Box, &[0, 1, 2][..]),
-        (Sample::Table, &[0, 2]),
-        (Sample::LShape, &[2]),
-        (Sample::Torus, &[0, 1, 2]),
-        (Sample::Sphere, &[0, 1, 2]),
-        (Sample::SpaceShip, &[0]),
+        (Model::Box, &[0, 1, 2][..]),
+        (Model::Table, &[0, 2]),
+        (Model::LShape, &[2]),
+        (Model::Torus, &[0, 1, 2]),
+        (Model::Sphere, &[0, 1, 2]),
+        (Model::SpaceShip, &[0]),
     ] {
         assert_mirrors(&sample.mesh(None).unwrap(), axes, sample.name());
     }
@@ -73,14 +73,14 @@ fn mirrored_soups_have_mirrored_counts() {
 
 #[test]
 fn the_check_detects_an_asymmetric_mesh() {
-    let mesh = Sample::LShape.mesh(None).unwrap();
+    let mesh = Model::LShape.mesh(None).unwrap();
     let grid = raw(&mesh, &small(), &exact_options());
     assert!(pairs(&grid, 0).any(|(a, b)| a != b));
 }
 
 #[test]
 fn moving_and_scaling_by_powers_of_two_changes_nothing() {
-    let mesh = Sample::Robot.mesh(None).unwrap();
+    let mesh = Model::Robot.mesh(None).unwrap();
     let moved = |p: [f32; 3]| p.map(|v| (v - 0.5) * 4.0);
     let corners: Vec<_> = mesh.corners().collect();
     let placement = |scale: f32| Placement {

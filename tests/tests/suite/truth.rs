@@ -2,11 +2,12 @@
 
 use std::ops::ControlFlow;
 
-use aogrid_bake_core::samples::Sample;
+use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{TriangleMesh, UNOBSERVED};
-use aogrid_baker_cpu::Occluder;
-use aogrid_baker_cpu::truth::{
-    AreaLight, Environment, Lighting, Receiver, Shade, TruthError, TruthOptions, shade,
+use aogrid_baker_cpu::RayScene;
+use aogrid_baker_cpu::reference::{
+    AreaLight, Environment, Lighting, Receiver, ReferenceError, ReferenceOptions, ShadingEstimate,
+    shade,
 };
 use aogrid_tests::{form_factor, mesh_of};
 
@@ -64,7 +65,7 @@ fn known(
 /// Returns a ball of radius ½ on the floor: wholly above it, so its form factor is h r²/d³.
 fn ball() -> KnownScene {
     // Facets of level 6 lie within 5e-5 of the radius below the ball: 1e-4 of its form factor.
-    let mesh = Sample::Sphere.mesh(Some(20 << 12)).unwrap();
+    let mesh = Model::Sphere.mesh(Some(20 << 12)).unwrap();
     let receivers = floor(|u, v| Some([2.0 * u - 0.5, 2.0 * v - 0.5]));
     known("ball", mesh, receivers, |[x, _, z]| {
         let squared = x * x + 0.25 + z * z;
@@ -75,7 +76,7 @@ fn ball() -> KnownScene {
 /// Returns a cube on the floor: convex, so the form factors of the sides that face the receiver add
 /// up.
 fn cube() -> KnownScene {
-    let mesh = Sample::Box.mesh(None).unwrap();
+    let mesh = Model::Box.mesh(None).unwrap();
     let outside = |u: f64, v: f64| {
         let at = [3.0 * u - 1.5, 3.0 * v - 1.5];
         at.iter().any(|x| x.abs() > 0.501).then_some(at)
@@ -153,12 +154,12 @@ fn all_known() -> [KnownScene; 5] {
     [ball(), cube(), corner(), wall(), endless_wall()]
 }
 
-fn occlusion(known: &KnownScene, samples: u32) -> Vec<Shade> {
-    let options = TruthOptions {
+fn occlusion(known: &KnownScene, samples: u32) -> Vec<ShadingEstimate> {
+    let options = ReferenceOptions {
         samples,
-        ..TruthOptions::recommended()
+        ..ReferenceOptions::recommended()
     };
-    let occluder = Occluder::new(&known.mesh);
+    let occluder = RayScene::new(&known.mesh);
     let lighting = Lighting::default();
     shade(
         Some(&occluder),
@@ -176,7 +177,7 @@ fn rms(values: impl ExactSizeIterator<Item = f64>) -> f64 {
 }
 
 /// Returns the measured and the estimated RMS error.
-fn errors(known: &KnownScene, shades: &[Shade]) -> [f64; 2] {
+fn errors(known: &KnownScene, shades: &[ShadingEstimate]) -> [f64; 2] {
     let pairs = shades.iter().zip(&known.expected);
     let measured = rms(pairs.map(|(s, e)| f64::from(s.occlusion.mean) - e));
     let estimated = rms(shades.iter().map(|s| f64::from(s.occlusion.standard_error)));
@@ -186,7 +187,7 @@ fn errors(known: &KnownScene, shades: &[Shade]) -> [f64; 2] {
 #[test]
 fn the_reference_matches_closed_forms_and_estimates_its_error() {
     for known in all_known() {
-        let shades = occlusion(&known, TruthOptions::recommended().samples);
+        let shades = occlusion(&known, ReferenceOptions::recommended().samples);
         let [measured, estimated] = errors(&known, &shades);
         println!(
             "{}: RMSE {measured:.6}, estimated {estimated:.6}",
@@ -228,12 +229,12 @@ fn a_ceiling_within_a_maximum_distance_occludes_a_cap() {
         [far, h, far],
         [-far, h, far],
     ];
-    let occluder = Occluder::new(&quads(&[ceiling]));
+    let occluder = RayScene::new(&quads(&[ceiling]));
     let receivers = floor(|u, v| Some([u, v]));
     for max_distance in [0.69, 0.8, 1.0, 2.0] {
-        let options = TruthOptions {
+        let options = ReferenceOptions {
             max_distance: Some(max_distance),
-            ..TruthOptions::recommended()
+            ..ReferenceOptions::recommended()
         };
         let lighting = Lighting::default();
         let shades = shade(Some(&occluder), &receivers, &lighting, &options, UNOBSERVED).unwrap();
@@ -283,7 +284,7 @@ fn light_of_a_sky_with_a_sun_matches_its_integral() {
         environment: Some(&environment),
         ..Lighting::default()
     };
-    let options = TruthOptions::recommended();
+    let options = ReferenceOptions::recommended();
     let receivers = floor(|u, v| Some([u, v]));
     let shades = shade(None, &receivers, &lighting, &options, UNOBSERVED).unwrap();
     for c in 0..3 {
@@ -316,12 +317,12 @@ fn a_lid_hides_the_sun_and_the_sky() {
         [far, 1.0, far],
         [-far, 1.0, far],
     ];
-    let occluder = Occluder::new(&quads(&[lid]));
+    let occluder = RayScene::new(&quads(&[lid]));
     let receivers = floor(|u, v| Some([u, v]));
     let lit = |max_distance| {
-        let options = TruthOptions {
+        let options = ReferenceOptions {
             max_distance,
-            ..TruthOptions::recommended()
+            ..ReferenceOptions::recommended()
         };
         let shades = shade(Some(&occluder), &receivers, &lighting, &options, UNOBSERVED).unwrap();
         shades.iter().map(|s| s.light[0].mean).sum::<f32>()
@@ -342,11 +343,11 @@ fn a_constant_sky_is_darkened_by_occlusion() {
         ambient: [0.5, 0.0, 0.0],
         ..Lighting::default()
     };
-    let options = TruthOptions {
+    let options = ReferenceOptions {
         samples: 200,
-        ..TruthOptions::recommended()
+        ..ReferenceOptions::recommended()
     };
-    let occluder = Occluder::new(&known.mesh);
+    let occluder = RayScene::new(&known.mesh);
     for occluder in [None, Some(&occluder)] {
         let shades = shade(occluder, &known.receivers, &lighting, &options, UNOBSERVED).unwrap();
         for s in shades {
@@ -366,15 +367,15 @@ fn an_area_light_lights_by_its_form_factor_and_casts_shadows() {
     // u × v points down, or up.
     let (down, up) = (light([0.0, 0.0, 0.8]), light([0.0, 0.0, -0.8]));
     let receivers = floor(|u, v| Some([2.0 * u - 1.0, 2.0 * v - 1.0]));
-    let shades = |light: AreaLight, occluder: Option<&Occluder>| {
+    let shades = |light: AreaLight, occluder: Option<&RayScene>| {
         let lighting = Lighting {
             area_light: Some(light),
             ..Lighting::default()
         };
-        let options = TruthOptions::recommended();
+        let options = ReferenceOptions::recommended();
         shade(occluder, &receivers, &lighting, &options, UNOBSERVED).unwrap()
     };
-    let off = |shades: Vec<Shade>| {
+    let off = |shades: Vec<ShadingEstimate>| {
         rms(shades.iter().zip(&receivers).map(|(s, r)| {
             f64::from(s.light[0].mean) - 3.0 * form_factor(&down.corners(), r.position, UP)
         }))
@@ -383,7 +384,7 @@ fn an_area_light_lights_by_its_form_factor_and_casts_shadows() {
     assert!(shades(up, None).iter().all(|s| s.light[0].mean == 0.0));
     // An occluder in the plane of the light blocks nothing, a lid in front of it does.
     let at = |y: f64| {
-        Occluder::new(&quads(&[[
+        RayScene::new(&quads(&[[
             [-1.0, y, -1.0],
             [1.0, y, -1.0],
             [1.0, y, 1.0],
@@ -403,12 +404,12 @@ fn results_depend_on_the_seed_and_not_on_the_number_of_threads() {
     let known = cube();
     let with = |threads: usize, seed: u64| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let options = TruthOptions {
+        let options = ReferenceOptions {
             samples: 100,
             seed,
             max_distance: None,
         };
-        let occluder = Occluder::new(&known.mesh);
+        let occluder = RayScene::new(&known.mesh);
         let (environment, _) = sunny();
         let lighting = Lighting {
             environment: Some(&environment),
@@ -432,11 +433,11 @@ fn results_depend_on_the_seed_and_not_on_the_number_of_threads() {
 #[test]
 fn an_observer_sees_every_receiver_and_can_cancel() {
     let known = cube();
-    let occluder = Occluder::new(&known.mesh);
+    let occluder = RayScene::new(&known.mesh);
     let run = |observer: aogrid_bake_core::Observer<'_>| {
-        let options = TruthOptions {
+        let options = ReferenceOptions {
             samples: 2,
-            ..TruthOptions::recommended()
+            ..ReferenceOptions::recommended()
         };
         let lighting = Lighting::default();
         shade(
@@ -455,5 +456,8 @@ fn an_observer_sees_every_receiver_and_can_cancel() {
     })
     .unwrap();
     assert_eq!(last.into_inner(), known.receivers.len());
-    assert_eq!(run(&|_| ControlFlow::Break(())), Err(TruthError::Cancelled));
+    assert_eq!(
+        run(&|_| ControlFlow::Break(())),
+        Err(ReferenceError::Cancelled)
+    );
 }

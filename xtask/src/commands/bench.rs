@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, bail};
-use aogrid_bake_core::{BakeOptions, Kernel, Placement, mesh, post};
+use aogrid_bake_core::{Algorithm, BakeOptions, Placement, mesh, post};
 use aogrid_baker_cpu::Sweeper;
-use aogrid_baker_gpu::{self as gpu, Choice};
-use aogrid_grid_format::{Method, Source};
+use aogrid_baker_gpu::{self as gpu, AdapterSelector};
+use aogrid_grid_format::{Sampling, Source};
 use serde::Serialize;
 
 use super::bake::{SharedArgs, use_threads};
@@ -39,7 +39,7 @@ pub(crate) struct Args {
         value_name = "BACKEND:ALGORITHM",
         conflicts_with = "algorithm"
     )]
-    only: Vec<(Device, Kernel)>,
+    only: Vec<(Device, Algorithm)>,
     /// Number of repeats to measure
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeat: u32,
@@ -63,7 +63,7 @@ enum Device {
 }
 
 /// Parses a row's name, `BACKEND:ALGORITHM`.
-fn row_name(text: &str) -> Result<(Device, Kernel), String> {
+fn row_name(text: &str) -> Result<(Device, Algorithm), String> {
     let wrong = || format!("`{text}` is not one of cpu:sweep, cpu:rays, gpu:sweep, gpu:rays");
     let (backend, algorithm) = text.split_once(':').ok_or_else(wrong)?;
     let device = match backend {
@@ -71,7 +71,7 @@ fn row_name(text: &str) -> Result<(Device, Kernel), String> {
         "gpu" => Device::Gpu,
         _ => return Err(wrong()),
     };
-    let algorithm = [Kernel::Sweep, Kernel::Rays]
+    let algorithm = [Algorithm::DirectionSweep, Algorithm::RayCasting]
         .into_iter()
         .find(|k| k.name() == algorithm);
     Ok((device, algorithm.ok_or_else(wrong)?))
@@ -144,7 +144,7 @@ fn measure(path: &Path, args: &Args, console: &Console) -> anyhow::Result<ModelR
     };
     let mut options = BakeOptions::recommended();
     if let Some(size) = args.shared.face_size {
-        options.method = Method::Faces { size };
+        options.sampling = Sampling::CubeFaces { size };
     }
     let spec = placement.place(&loaded.mesh.bounds()).with_context(shown)?;
     let bar = console.progress(&shown());
@@ -193,18 +193,18 @@ fn measured_backends(args: &Args) -> anyhow::Result<Vec<(Backend, Option<&'stati
     let choice = match request {
         BackendRequest::Cpu => None,
         BackendRequest::Gpu(choice) => Some(choice),
-        BackendRequest::Named(name) => Some(Choice::Named(name)),
+        BackendRequest::Named(name) => Some(AdapterSelector::Named(name)),
         // A machine without a hardware GPU has only the CPU's rows.
-        BackendRequest::Auto => gpu::Context::new(&Choice::Real)
+        BackendRequest::Auto => gpu::Context::new(&AdapterSelector::Real)
             .is_ok()
-            .then_some(Choice::Real),
+            .then_some(AdapterSelector::Real),
     };
     let algorithms = match args.shared.algorithm() {
         Some(one) => vec![one],
-        None => vec![Kernel::Sweep, Kernel::Rays],
+        None => vec![Algorithm::DirectionSweep, Algorithm::RayCasting],
     };
     let each = |device: Device, request: BackendRequest| {
-        let is_wanted = |a: &&Kernel| args.only.is_empty() || args.only.contains(&(device, **a));
+        let is_wanted = |a: &&Algorithm| args.only.is_empty() || args.only.contains(&(device, **a));
         let backend = move |&algorithm| (Backend::new(request.clone(), Some(algorithm)), None);
         algorithms
             .iter()
@@ -213,7 +213,7 @@ fn measured_backends(args: &Args) -> anyhow::Result<Vec<(Backend, Option<&'stati
             .collect::<Vec<_>>()
     };
     let mut all = Vec::new();
-    if with_cpu && args.instructions && algorithms.contains(&Kernel::Sweep) {
+    if with_cpu && args.instructions && algorithms.contains(&Algorithm::DirectionSweep) {
         let levels = Sweeper::instruction_sets().into_iter();
         all.extend(levels.map(|level| (Backend::sweep_at_level(level), Some(level))));
     } else if with_cpu {

@@ -170,7 +170,7 @@ fn grid_lines(grid: &Grid) -> Vec<String> {
         ),
         format!(
             "sampled    {:?}, offset {ox},{oy},{oz} cells",
-            record.method
+            record.sampling
         ),
         format!("distance   {max_distance}"),
         format!("interior   {}", interior_line(record)),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, bail};
 use aogrid_bake_core::{BakeOptions, FaceBits, Placement, PreparedMesh, RawGrid, mesh};
 use aogrid_baker_cpu as cpu;
-use aogrid_baker_gpu::{self as gpu, Choice, Context};
+use aogrid_baker_gpu::{self as gpu, AdapterSelector, Context};
 
 use super::bake::{face_size, resolution, use_threads};
 use crate::console::Console;
@@ -56,7 +56,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let mut sweep = match &args.adapter {
         None => AnySweeper::Cpu(Box::default()),
         Some(name) => {
-            let context = Context::new(&Choice::Named(name.clone()))?;
+            let context = Context::new(&AdapterSelector::Named(name.clone()))?;
             console.note(&format!("on {}", context.adapter().name));
             AnySweeper::Gpu(Box::new(gpu::Sweeper::new(&context)))
         }

@@ -14,7 +14,7 @@ pub fn graze(mesh: &PreparedMesh, size: u32, (cell, texel): (usize, usize)) -> f
     let scale = f64::from(1_u32 << mesh.lattice().bits());
     let vertex = |v: u32| mesh.vertices()[v as usize].map(|c| f64::from(c) / scale);
     let interior_edges = mesh.edges().iter().map(|edge| edge.vertices);
-    let boundary_edges = mesh.lone_edges().iter().map(|edge| edge.vertices);
+    let boundary_edges = mesh.boundary_edges().iter().map(|edge| edge.vertices);
     interior_edges
         .chain(boundary_edges)
         .map(|ends| distance(from, along, ends.map(vertex)))

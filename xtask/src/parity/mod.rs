@@ -4,7 +4,7 @@
 mod graze;
 
 use aogrid_bake_core::{FaceBits, FaceSums, PreparedMesh, RawGrid, fixed_texels};
-use aogrid_baker_cpu::SnappedRays;
+use aogrid_baker_cpu::QuantizedMeshRays;
 
 pub use graze::graze;
 
@@ -45,7 +45,7 @@ pub struct Parity {
 impl Parity {
     /// Compares a sweep's moments and faces of `size`² texels with rays.
     pub fn new(mesh: &PreparedMesh, size: u32, (raw, bits): (RawGrid, FaceBits)) -> Self {
-        let rays = SnappedRays::new(mesh).faces(size);
+        let rays = QuantizedMeshRays::new(mesh).faces(size);
         let texels_of = |cell| (0..bits.texels()).map(move |texel| (cell, texel));
         let cells = 0..bits.cells();
         let occluded = cells

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use aogrid_bake_core::mesh::{self, LoadedMesh, Part};
-use aogrid_bake_core::samples::{Sample, to_obj};
+use aogrid_bake_core::models::{Model, to_obj};
 use aogrid_bake_core::{BakeOptions, Extent, Placement, TriangleMesh};
-use aogrid_baker_cpu::truth::{AreaLight, TruthOptions};
-use aogrid_grid_format::{Method, Source as MeshSource};
+use aogrid_baker_cpu::reference::{AreaLight, ReferenceOptions};
+use aogrid_grid_format::{Sampling, Source as MeshSource};
 use glam::{DAffine3, DQuat, DVec3};
 use toml::Spanned;
 
@@ -259,8 +259,8 @@ impl<'a> Builder<'a> {
         name: &Spanned<String>,
         triangles: Option<Whole<1, 20_000_000>>,
     ) -> anyhow::Result<LoadedMesh> {
-        let Some(sample) = Sample::ALL.iter().find(|s| s.name() == name.get_ref()) else {
-            let names = Sample::ALL.map(Sample::name).join(", ");
+        let Some(sample) = Model::ALL.iter().find(|s| s.name() == name.get_ref()) else {
+            let names = Model::ALL.map(Model::name).join(", ");
             let message = format!("no such sample; there are: {names}");
             return Err(self.source.error_at(name, "mesh.sample", &message));
         };
@@ -455,10 +455,10 @@ impl UpAxis {
     }
 }
 
-fn truth_options(file: Option<TruthFile>) -> TruthOptions {
-    let default = TruthOptions::recommended();
+fn truth_options(file: Option<TruthFile>) -> ReferenceOptions {
+    let default = ReferenceOptions::recommended();
     let Some(file) = file else { return default };
-    TruthOptions {
+    ReferenceOptions {
         samples: file.samples.map_or(default.samples, |n| n.0),
         seed: file.seed.map_or(default.seed, |n| n.0.into()),
         max_distance: file.max_distance.map(|d| d.0),
@@ -491,16 +491,16 @@ fn bake_options(grid: &GridFile) -> Result<BakeOptions, &'static str> {
     let sampling = match (grid.rays, grid.face_size, grid.seed) {
         (Some(_), Some(_), _) => return Err("`rays` and `face_size` exclude each other"),
         (None, _, Some(_)) => return Err("`seed` needs `rays`"),
-        (Some(rays), None, seed) => Method::Rays {
+        (Some(rays), None, seed) => Sampling::MonteCarlo {
             count: rays.0,
             seed: seed.map_or(0, |n| n.0.into()),
         },
-        (None, Some(size), None) => Method::Faces { size: size.0 },
-        (None, None, None) => default.method,
+        (None, Some(size), None) => Sampling::CubeFaces { size: size.0 },
+        (None, None, None) => default.sampling,
     };
     let offset = grid.sample_offset.map(|v| v.map(|v| v.0 as f32));
     Ok(BakeOptions {
-        method: sampling,
+        sampling,
         max_distance: grid.max_distance.map(|d| d.f32()),
         sample_offset: offset.unwrap_or(default.sample_offset),
         interior: grid.interior.map_or(default.interior, Into::into),

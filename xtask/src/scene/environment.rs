@@ -5,7 +5,7 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
-use aogrid_baker_cpu::truth::Environment;
+use aogrid_baker_cpu::reference::Environment;
 use exr::meta::MetaData;
 use exr::meta::attribute::EnvironmentMap;
 use exr::prelude::{ReadChannels, ReadLayers, ReadSpecificChannel};

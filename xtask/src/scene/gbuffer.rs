@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context, bail};
 use aogrid_bake_core::{Observer, Progress, TriangleMesh};
-use aogrid_baker_cpu::Occluder;
-use aogrid_baker_cpu::truth::Receiver;
+use aogrid_baker_cpu::RayScene;
+use aogrid_baker_cpu::reference::Receiver;
 use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, SmallVec, WritableImage};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -63,7 +63,7 @@ impl GBuffer {
         };
         let ids: Vec<u32> = scene.instances.iter().map(|instance| instance.id).collect();
         let rays = CameraRays {
-            scene: Occluder::new(&mesh),
+            scene: RayScene::new(&mesh),
             mesh: &mesh,
             ids: &ids,
             camera,
@@ -152,7 +152,7 @@ pub(crate) fn exr(
 
 /// Casts the rays of a camera into the flattened scene.
 struct CameraRays<'a> {
-    scene: Occluder,
+    scene: RayScene,
     mesh: &'a TriangleMesh,
     /// Instance id of each part of the mesh.
     ids: &'a [u32],
@@ -162,7 +162,7 @@ struct CameraRays<'a> {
 impl CameraRays<'_> {
     fn pixel(&self, at: [u32; 2]) -> Pixel {
         let [origin, direction] = self.camera.ray(at);
-        let hit = self.scene.nearest(origin.into(), direction.into());
+        let hit = self.scene.closest_hit(origin.into(), direction.into());
         let Some((hit, normal)) = hit.and_then(|hit| Some((hit, self.normal(hit.triangle)?)))
         else {
             return Pixel {

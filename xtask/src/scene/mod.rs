@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use aogrid_bake_core::mesh::Part;
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh};
-use aogrid_baker_cpu::truth::{AreaLight, TruthOptions};
+use aogrid_baker_cpu::reference::{AreaLight, ReferenceOptions};
 use aogrid_grid_format::Source;
 use glam::{DAffine3, DVec3};
 
@@ -54,7 +54,7 @@ pub struct Scene {
     /// The environment around the scene.
     pub environment: Option<EnvironmentSource>,
     /// The options of path-traced truth; the command line may override them.
-    pub truth: TruthOptions,
+    pub truth: ReferenceOptions,
     /// The factor for radiance in pictures.
     pub exposure: f32,
     /// Whether pictures show light; otherwise they show 1 − AO.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, bail, ensure};
-use aogrid_baker_cpu::truth::Receiver;
+use aogrid_baker_cpu::reference::Receiver;
 use glam::DVec3;
 use toml::Spanned;
 

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use aogrid_bake_core::{BakeOptions, Extent, Placement};
-use aogrid_baker_cpu::Kernel;
-use aogrid_baker_gpu::Choice;
+use aogrid_baker_cpu::Algorithm;
+use aogrid_baker_gpu::AdapterSelector;
 use aogrid_grid_format::{
-    BoundaryMode, Encoding, FACE_SIZES, Interior, MAX_RESOLUTION, MIN_RESOLUTION, Method,
-    RAY_COUNTS, TexelFormat,
+    BoundaryMode, Encoding, FACE_SIZES, Interior, MAX_RESOLUTION, MIN_RESOLUTION, RAY_COUNTS,
+    Sampling, TexelFormat,
 };
 use clap::ValueEnum;
 
@@ -163,11 +163,11 @@ pub(crate) enum InteriorArg {
 
 impl SharedArgs {
     /// Returns the requested algorithm; `None` leaves the choice to the baker.
-    pub(crate) fn algorithm(&self) -> Option<Kernel> {
+    pub(crate) fn algorithm(&self) -> Option<Algorithm> {
         match self.algorithm {
             AlgorithmArg::Auto => None,
-            AlgorithmArg::Sweep => Some(Kernel::Sweep),
-            AlgorithmArg::Rays => Some(Kernel::Rays),
+            AlgorithmArg::Sweep => Some(Algorithm::DirectionSweep),
+            AlgorithmArg::Rays => Some(Algorithm::RayCasting),
         }
     }
 
@@ -180,8 +180,10 @@ impl SharedArgs {
             )),
             (BackendArg::Cpu, None) => Ok(BackendRequest::Cpu),
             (BackendArg::Auto, None) => Ok(BackendRequest::Auto),
-            (BackendArg::Gpu, None) => Ok(BackendRequest::Gpu(Choice::Real)),
-            (BackendArg::Gpu, Some(name)) => Ok(BackendRequest::Gpu(Choice::Named(name.clone()))),
+            (BackendArg::Gpu, None) => Ok(BackendRequest::Gpu(AdapterSelector::Real)),
+            (BackendArg::Gpu, Some(name)) => {
+                Ok(BackendRequest::Gpu(AdapterSelector::Named(name.clone())))
+            }
             (BackendArg::Auto, Some(name)) => Ok(BackendRequest::Named(name.clone())),
         }
     }
@@ -223,11 +225,11 @@ impl Args {
             ));
         }
         Ok(BakeOptions {
-            method: match self.sampling {
-                SamplingArg::Faces => Method::Faces {
+            sampling: match self.sampling {
+                SamplingArg::Faces => Sampling::CubeFaces {
                     size: self.shared.face_size.unwrap_or(16),
                 },
-                SamplingArg::MonteCarlo => Method::Rays {
+                SamplingArg::MonteCarlo => Sampling::MonteCarlo {
                     count: self.rays.unwrap_or(256),
                     seed: self.seed.unwrap_or(0),
                 },

@@ -154,7 +154,7 @@ pub(super) fn up_to_date(
         && grid.encoding() == options.encoding
         && grid.format() == options.format
         && record.sample_offset == options.sample_offset
-        && record.method == options.method
+        && record.sampling == options.sampling
         && record.max_distance == options.max_distance
         && record.interior == options.interior
         && record.boundary.requested == options.boundary

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use aogrid_bake_core::mesh::MeshReport;
-use aogrid_grid_format::{BoundaryMode, Grid, GridSpec, Method};
+use aogrid_grid_format::{BoundaryMode, Grid, GridSpec, Sampling};
 use serde::Serialize;
 
 use super::jobs::Job;
@@ -165,9 +165,9 @@ impl Outcome {
 /// Describes how a grid was made in one line.
 fn sampling_line(grid: &Grid, backend: &BackendReport) -> String {
     let record = grid.record();
-    let sampling = match record.method {
-        Method::Faces { size } => format!("six {size}×{size} faces a cell"),
-        Method::Rays { count, seed } => format!("{count} rays a cell, seed {seed}"),
+    let sampling = match record.sampling {
+        Sampling::CubeFaces { size } => format!("six {size}×{size} faces a cell"),
+        Sampling::MonteCarlo { count, seed } => format!("{count} rays a cell, seed {seed}"),
     };
     let boundary = match record.boundary.applied {
         BoundaryMode::Jgt => "jgt",

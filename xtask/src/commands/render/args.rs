@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use anyhow::{bail, ensure};
-use aogrid_baker_cpu::truth::TruthOptions;
-use aogrid_baker_gpu::Choice;
+use aogrid_baker_cpu::reference::ReferenceOptions;
+use aogrid_baker_gpu::AdapterSelector;
 use clap::ValueEnum;
 
 /// Render a scene: a picture as PNG or EXR, or a list of receivers as CSV
@@ -142,20 +142,20 @@ impl Args {
     }
 
     /// Returns the requested GPU, if one is requested.
-    pub(crate) fn gpu(&self) -> Result<Option<Choice>, clap::Error> {
+    pub(crate) fn gpu(&self) -> Result<Option<AdapterSelector>, clap::Error> {
         match (self.backend, &self.adapter) {
             (BackendArg::Cpu, None) => Ok(None),
             (BackendArg::Cpu, Some(_)) => Err(clap::Error::raw(
                 clap::error::ErrorKind::ArgumentConflict,
                 "--adapter needs --backend gpu\n",
             )),
-            (BackendArg::Gpu, None) => Ok(Some(Choice::Real)),
-            (BackendArg::Gpu, Some(name)) => Ok(Some(Choice::Named(name.clone()))),
+            (BackendArg::Gpu, None) => Ok(Some(AdapterSelector::Real)),
+            (BackendArg::Gpu, Some(name)) => Ok(Some(AdapterSelector::Named(name.clone()))),
         }
     }
 
     /// Overrides the scene's options with those of the command line.
-    pub(crate) fn apply_to(&self, options: &mut TruthOptions) {
+    pub(crate) fn apply_to(&self, options: &mut ReferenceOptions) {
         options.samples = self.samples.unwrap_or(options.samples);
         options.seed = self.seed.unwrap_or(options.seed);
         options.max_distance = self.max_distance.or(options.max_distance);

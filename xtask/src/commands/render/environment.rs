@@ -8,12 +8,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context, bail, ensure};
 use aogrid_bake_core::Progress;
-use aogrid_baker_cpu::truth::Receiver;
+use aogrid_baker_cpu::reference::Receiver;
 use aogrid_runtime::environment::{aogrid_glossy, aogrid_lambertian};
 use aogrid_runtime::shading::{
     aogrid_cone_with_axis_at, aogrid_grid_position, aogrid_is_inside, aogrid_merge, aogrid_multiply,
 };
-use aogrid_runtime::{AogridEnvironment, EnvironmentMap, LinearTexture};
+use aogrid_runtime::{AogridEnvironment, CpuTexture, EnvironmentMap};
 use rayon::prelude::*;
 
 use super::casters::{Caster, GridShading, casters, receiver_layers};
@@ -126,12 +126,12 @@ fn occlusion(
     casters: &[Caster<'_>],
     shading: GridShading,
 ) -> anyhow::Result<Vec<[f32; 4]>> {
-    let clip = LinearTexture::clip_table();
-    let overlaps = LinearTexture::intersection_table();
+    let clip = CpuTexture::clip_table();
+    let overlaps = CpuTexture::intersection_table();
     // Instances that share a grid share its texture.
     let mut textures = HashMap::new();
     for Caster { grid, .. } in casters {
-        let texture = || LinearTexture::of_grid(grid);
+        let texture = || CpuTexture::of_grid(grid);
         textures.entry(Arc::as_ptr(grid)).or_insert_with(texture);
     }
     let textures: Vec<_> = casters

@@ -1,7 +1,7 @@
 //! Lobes of the scene's glossy surfaces.
 
 use anyhow::{Context, bail};
-use aogrid_baker_cpu::truth::{Lobe, Receiver};
+use aogrid_baker_cpu::reference::{Lobe, Receiver};
 use glam::DVec3;
 
 use super::Job;

@@ -13,7 +13,7 @@ mod twin;
 use std::cell::RefCell;
 
 use anyhow::{bail, ensure};
-use aogrid_baker_cpu::truth::Environment;
+use aogrid_baker_cpu::reference::Environment;
 use aogrid_baker_gpu::Context;
 
 pub(crate) use args::Args;

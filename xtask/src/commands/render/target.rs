@@ -1,6 +1,6 @@
 //! The points to shade, and the result of shading.
 
-use aogrid_baker_cpu::truth::Receiver;
+use aogrid_baker_cpu::reference::Receiver;
 
 use crate::scene::{GBuffer, ReceiverList};
 

@@ -1,8 +1,8 @@
 //! Mode `truth`: path-traced reference with rays through all occluders.
 
 use anyhow::Context;
-use aogrid_baker_cpu::Occluder;
-use aogrid_baker_cpu::truth::{self, Lighting, Shade};
+use aogrid_baker_cpu::RayScene;
+use aogrid_baker_cpu::reference::{self, Lighting, ShadingEstimate};
 
 use super::{Job, Shaded, glossy};
 
@@ -14,9 +14,9 @@ pub(super) fn shade(job: &Job<'_>) -> anyhow::Result<Shaded> {
         area_light: scene.area_light,
     };
     let casters = scene.flattened(|instance| instance.casts)?;
-    let occluder = casters.as_ref().map(Occluder::new);
+    let occluder = casters.as_ref().map(RayScene::new);
     let bar = job.console.progress("truth");
-    let shades = truth::shade(
+    let shades = reference::shade(
         occluder.as_ref(),
         &job.target.receivers,
         &lighting,
@@ -29,7 +29,7 @@ pub(super) fn shade(job: &Job<'_>) -> anyhow::Result<Shaded> {
     if scene.is_lit() {
         let (indices, lobes): (Vec<_>, Vec<_>) = glossy::lobes(job)?.into_iter().unzip();
         let bar = job.console.progress("truth, glossy");
-        let reflected = truth::reflect(
+        let reflected = reference::reflect(
             occluder.as_ref(),
             &lobes,
             &lighting,
@@ -41,8 +41,9 @@ pub(super) fn shade(job: &Job<'_>) -> anyhow::Result<Shaded> {
             shades[idx].light = glossy.light;
         }
     }
-    let lit =
-        |value: fn(&Shade) -> [f32; 3]| scene.is_lit().then(|| shades.iter().map(value).collect());
+    let lit = |value: fn(&ShadingEstimate) -> [f32; 3]| {
+        scene.is_lit().then(|| shades.iter().map(value).collect())
+    };
     Ok(Shaded {
         occlusion: shades.iter().map(|s| s.occlusion.mean).collect(),
         occlusion_error: Some(shades.iter().map(|s| s.occlusion.standard_error).collect()),

@@ -8,9 +8,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::bail;
 use aogrid_bake_core::Progress;
-use aogrid_baker_cpu::truth::Receiver;
+use aogrid_baker_cpu::reference::Receiver;
 use aogrid_grid_format::Encoding;
-use aogrid_runtime::LinearTexture;
+use aogrid_runtime::CpuTexture;
 use aogrid_runtime::shading::{
     aogrid_cone, aogrid_merge_cone, aogrid_occlusion, aogrid_occlusion_of_cone,
 };
@@ -25,14 +25,14 @@ const CHUNK: usize = 4096;
 /// A caster and its grid's texture.
 struct Textured<'a> {
     caster: &'a Caster<'a>,
-    texture: Arc<LinearTexture>,
+    texture: Arc<CpuTexture>,
 }
 
 /// The tables for clipping and merging cones.
 struct Tables {
-    transmittance: LinearTexture,
-    clip: LinearTexture,
-    overlaps: LinearTexture,
+    transmittance: CpuTexture,
+    clip: CpuTexture,
+    overlaps: CpuTexture,
 }
 
 pub(super) fn shade(job: &Job<'_>, shading: GridShading) -> anyhow::Result<Shaded> {
@@ -42,7 +42,7 @@ pub(super) fn shade(job: &Job<'_>, shading: GridShading) -> anyhow::Result<Shade
         caster,
         texture: textures
             .entry(Arc::as_ptr(&caster.grid))
-            .or_insert_with(|| Arc::new(LinearTexture::of_grid(&caster.grid)))
+            .or_insert_with(|| Arc::new(CpuTexture::of_grid(&caster.grid)))
             .clone(),
     });
     let casters: Vec<_> = textured.collect();
@@ -57,9 +57,9 @@ fn occlusions(
     shading: GridShading,
 ) -> anyhow::Result<Vec<f32>> {
     let tables = Tables {
-        transmittance: LinearTexture::transmittance_table(),
-        clip: LinearTexture::clip_table(),
-        overlaps: LinearTexture::intersection_table(),
+        transmittance: CpuTexture::transmittance_table(),
+        clip: CpuTexture::clip_table(),
+        overlaps: CpuTexture::intersection_table(),
     };
     let target = job.target;
     let layers = receiver_layers(job);

@@ -18,7 +18,7 @@ pub(super) fn classify(
     interrupt::listen();
     let record = grid.record();
     let options = BakeOptions {
-        method: record.method,
+        sampling: record.sampling,
         max_distance: record.max_distance,
         sample_offset: record.sample_offset,
         interior: record.interior,

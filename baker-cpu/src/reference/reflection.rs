@@ -131,7 +131,7 @@ fn weight_above(sin_half: f64, cos_half: f64, cos_tilt: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::truth::strata::{Random, Strata};
+    use crate::reference::strata::{Random, Strata};
 
     fn lobe(tilt: f64, half_angle: f64) -> Lobe {
         let receiver = Receiver {

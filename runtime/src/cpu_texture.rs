@@ -6,7 +6,7 @@ use half::f16;
 
 /// A texture as a shader reads it: missing channels are 0, and 1 in alpha.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LinearTexture {
+pub struct CpuTexture {
     size: [usize; 3],
     texels: Vec<[f32; 4]>,
 }
@@ -17,7 +17,7 @@ struct Span {
     weight: f32,
 }
 
-impl LinearTexture {
+impl CpuTexture {
     /// The texture of a grid; its directions are not decoded.
     pub fn of_grid(grid: &Grid) -> Self {
         let channels = grid.encoding().channels();

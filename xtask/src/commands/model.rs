@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use aogrid_bake_core::samples::{Sample, to_obj};
+use aogrid_bake_core::models::{Model, to_obj};
 use clap::builder::PossibleValue;
 
 use crate::console::Console;
@@ -14,7 +14,7 @@ use crate::output;
 pub(crate) struct Args {
     /// The model to write
     #[arg(value_enum)]
-    name: SampleArg,
+    name: ModelArg,
     /// The OBJ file to write
     #[arg(short, long, value_name = "OBJ")]
     out: PathBuf,
@@ -30,26 +30,26 @@ Examples:
   cargo xtask sample torus --triangles 100000 -o torus.obj";
 
 #[derive(Clone, Copy)]
-struct SampleArg(Sample);
+struct ModelArg(Model);
 
-impl clap::ValueEnum for SampleArg {
+impl clap::ValueEnum for ModelArg {
     fn value_variants<'a>() -> &'a [Self] {
         const {
             &[
-                Self(Sample::ALL[0]),
-                Self(Sample::ALL[1]),
-                Self(Sample::ALL[2]),
-                Self(Sample::ALL[3]),
-                Self(Sample::ALL[4]),
-                Self(Sample::ALL[5]),
-                Self(Sample::ALL[6]),
-                Self(Sample::ALL[7]),
-                Self(Sample::ALL[8]),
-                Self(Sample::ALL[9]),
-                Self(Sample::ALL[10]),
-                Self(Sample::ALL[11]),
-                Self(Sample::ALL[12]),
-                Self(Sample::ALL[13]),
+                Self(Model::ALL[0]),
+                Self(Model::ALL[1]),
+                Self(Model::ALL[2]),
+                Self(Model::ALL[3]),
+                Self(Model::ALL[4]),
+                Self(Model::ALL[5]),
+                Self(Model::ALL[6]),
+                Self(Model::ALL[7]),
+                Self(Model::ALL[8]),
+                Self(Model::ALL[9]),
+                Self(Model::ALL[10]),
+                Self(Model::ALL[11]),
+                Self(Model::ALL[12]),
+                Self(Model::ALL[13]),
             ]
         }
     }

@@ -19,7 +19,7 @@
 //!
 //! # Practice
 //!
-//! [`shade`] takes one [`Occluder`] over all casting geometry, in world space, and a list of
+//! [`shade`] takes one [`RayScene`] over all casting geometry, in world space, and a list of
 //! [`Receiver`]s, such as the pixels of a picture. [`reflect`] does the same for glossy
 //! receivers, [`Lobe`]s. Random numbers depend on the seed and the receiver's index alone.
 
@@ -38,7 +38,7 @@ use aogrid_bake_core::{Observer, Progress};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::Occluder;
+use crate::RayScene;
 use reflection::Reflection;
 use strata::{Accumulator, Random, Strata};
 
@@ -54,9 +54,9 @@ pub struct Receiver {
     pub normal: [f64; 3],
 }
 
-/// The options of the reference. There is no default; [`TruthOptions::recommended`] is one choice.
+/// The options of the reference. There is no default; [`ReferenceOptions::recommended`] is one choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TruthOptions {
+pub struct ReferenceOptions {
     /// The minimum number of rays per receiver, rounded up to twice a square. An eighth as many are
     /// added for each light that is sampled separately.
     pub samples: u32,
@@ -89,7 +89,7 @@ pub struct Estimate {
 
 /// The occlusion and light of a receiver.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Shade {
+pub struct ShadingEstimate {
     /// AO: 0 open, 1 fully occluded. For a lobe, its occluded share.
     pub occlusion: Estimate,
     /// The radiance that a white surface reflects: red, green, blue.
@@ -99,13 +99,13 @@ pub struct Shade {
 /// The reason that the reference was not computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
-pub enum TruthError {
+pub enum ReferenceError {
     /// The observer cancelled.
     #[error("the rendering was cancelled")]
     Cancelled,
 }
 
-impl TruthOptions {
+impl ReferenceOptions {
     /// Returns 8,192 rays per receiver, whose error is well below 0.001 in most scenes.
     pub fn recommended() -> Self {
         Self {
@@ -125,12 +125,12 @@ impl TruthOptions {
 ///
 /// The observer cancelled.
 pub fn shade(
-    occluder: Option<&Occluder>,
+    occluder: Option<&RayScene>,
     receivers: &[Receiver],
     lighting: &Lighting<'_>,
-    options: &TruthOptions,
+    options: &ReferenceOptions,
     observer: Observer<'_>,
-) -> Result<Vec<Shade>, TruthError> {
+) -> Result<Vec<ShadingEstimate>, ReferenceError> {
     Integrator::new(occluder, lighting, options).shade_all(receivers, options.seed, observer)
 }
 
@@ -140,18 +140,18 @@ pub fn shade(
 ///
 /// The observer cancelled.
 pub fn reflect(
-    occluder: Option<&Occluder>,
+    occluder: Option<&RayScene>,
     lobes: &[Lobe],
     lighting: &Lighting<'_>,
-    options: &TruthOptions,
+    options: &ReferenceOptions,
     observer: Observer<'_>,
-) -> Result<Vec<Shade>, TruthError> {
+) -> Result<Vec<ShadingEstimate>, ReferenceError> {
     Integrator::new(occluder, lighting, options).shade_all(lobes, options.seed, observer)
 }
 
 /// The scene and sampling, shared by all receivers.
 struct Integrator<'a> {
-    occluder: Option<&'a Occluder>,
+    occluder: Option<&'a RayScene>,
     lighting: &'a Lighting<'a>,
     strata: Strata,
     /// The strata of the lights that are sampled separately.
@@ -161,9 +161,9 @@ struct Integrator<'a> {
 
 impl<'a> Integrator<'a> {
     fn new(
-        occluder: Option<&'a Occluder>,
+        occluder: Option<&'a RayScene>,
         lighting: &'a Lighting<'a>,
-        options: &TruthOptions,
+        options: &ReferenceOptions,
     ) -> Self {
         Self {
             occluder,
@@ -180,7 +180,7 @@ impl<'a> Integrator<'a> {
         receivers: &[R],
         seed: u64,
         observer: Observer<'_>,
-    ) -> Result<Vec<Shade>, TruthError>
+    ) -> Result<Vec<ShadingEstimate>, ReferenceError>
     where
         Reflection: for<'r> From<&'r R>,
     {
@@ -195,14 +195,14 @@ impl<'a> Integrator<'a> {
                 let done = 1 + done.fetch_add(1, Ordering::Relaxed);
                 match observer(Progress { done, total }) {
                     std::ops::ControlFlow::Continue(()) => Ok(shade),
-                    std::ops::ControlFlow::Break(()) => Err(TruthError::Cancelled),
+                    std::ops::ControlFlow::Break(()) => Err(ReferenceError::Cancelled),
                 }
             })
             .collect()
     }
 
     /// Shades one receiver.
-    fn shade(&self, receiver: &Reflection, mut random: Random) -> Shade {
+    fn shade(&self, receiver: &Reflection, mut random: Random) -> ShadingEstimate {
         let hemisphere = self.hemisphere(receiver, &mut random);
         let (means, mut variances) = (hemisphere.means(), hemisphere.variances());
         let mut light = [means[1], means[2], means[3]];
@@ -222,7 +222,7 @@ impl<'a> Integrator<'a> {
             mean: mean as f32,
             standard_error: variance.sqrt() as f32,
         };
-        Shade {
+        ShadingEstimate {
             occlusion: estimate(means[0], variances[0]),
             light: std::array::from_fn(|x| estimate(light[x], variances[1 + x])),
         }
@@ -281,8 +281,9 @@ impl<'a> Integrator<'a> {
     /// Whether a ray from the receiver is occluded.
     fn is_occluded(&self, receiver: &Reflection, direction: DVec3, max_distance: f64) -> bool {
         let direction = direction.to_array();
-        self.occluder
-            .is_some_and(|occluder| occluder.hides(receiver.position, direction, max_distance))
+        self.occluder.is_some_and(|occluder| {
+            occluder.is_occluded(receiver.position, direction, max_distance)
+        })
     }
 }
 

@@ -1,11 +1,11 @@
 //! Procedural models for experiments, tests and benchmarks. They are right-handed, y up, stand on
-//! y = 0 and are one to two units large. Those of [`Sample::CLOSED`] enclose volumes, the others
+//! y = 0 and are one to two units large. Those of [`Model::CLOSED`] enclose volumes, the others
 //! have holes or no thickness.
 
 mod builder;
-mod models;
 mod open;
 mod refine;
+mod shapes;
 
 use std::fmt::Write;
 
@@ -14,7 +14,7 @@ use crate::mesh::Part;
 
 /// A procedural model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sample {
+pub enum Model {
     /// A unit cube.
     Box,
     /// A table: four legs that touch its top.
@@ -49,7 +49,7 @@ pub enum Sample {
 /// The reason that a model cannot be made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
-pub enum SampleError {
+pub enum ModelError {
     /// The requested number of triangles is below the model's minimum.
     #[error("{name} has at least {least} triangles, but {wished} were requested")]
     TooFew {
@@ -68,7 +68,7 @@ pub enum SampleError {
 /// The maximum number of triangles of a refined model.
 pub const MAX_TRIANGLES: usize = 20_000_000;
 
-impl Sample {
+impl Model {
     /// Every model.
     pub const ALL: [Self; 14] = [
         Self::Box,
@@ -124,21 +124,21 @@ impl Sample {
     /// # Errors
     ///
     /// `triangles` is below the model's minimum or above [`MAX_TRIANGLES`].
-    pub fn mesh(self, triangles: Option<usize>) -> Result<TriangleMesh, SampleError> {
-        let mut model = models::build(self, triangles);
+    pub fn mesh(self, triangles: Option<usize>) -> Result<TriangleMesh, ModelError> {
+        let mut model = shapes::build(self, triangles);
         if let Some(requested) = triangles {
             let min = model.triangle_count();
             if requested < min {
-                return Err(SampleError::TooFew {
+                return Err(ModelError::TooFew {
                     name: self.name(),
                     least: min,
                     wished: requested,
                 });
             }
             if requested > MAX_TRIANGLES {
-                return Err(SampleError::TooMany(requested));
+                return Err(ModelError::TooMany(requested));
             }
-            refine::refine(&mut model, requested, models::surface(self));
+            refine::refine(&mut model, requested, shapes::surface(self));
         }
         Ok(model.finish())
     }
@@ -171,11 +171,11 @@ mod tests {
 
     #[test]
     fn closed_models_are_closed_and_stand_on_the_floor() {
-        for sample in Sample::CLOSED {
+        for sample in Model::CLOSED {
             let mesh = sample.mesh(None).unwrap();
             let report = MeshReport::new(&mesh);
             // Slab and wall of the L share an edge of four triangles.
-            assert_eq!(report.is_closed(), sample != Sample::LShape, "{sample:?}");
+            assert_eq!(report.is_closed(), sample != Model::LShape, "{sample:?}");
             assert_eq!(
                 (report.boundary_edges, report.degenerate, report.duplicate),
                 (0, 0, 0),
@@ -185,7 +185,7 @@ mod tests {
             assert!((0.0..0.2).contains(&lowest), "{sample:?}: {lowest}");
             assert!(signed_volume(&mesh) > 0.0, "{sample:?} is inside out");
         }
-        assert_eq!(Sample::Robot.mesh(None).unwrap().parts().len(), 11);
+        assert_eq!(Model::Robot.mesh(None).unwrap().parts().len(), 11);
     }
 
     /// Returns the enclosed volume, positive if triangles wind counter-clockwise seen from outside.
@@ -201,7 +201,7 @@ mod tests {
 
     #[test]
     fn refined_models_have_the_requested_count_and_stay_closed() {
-        for sample in Sample::CLOSED {
+        for sample in Model::CLOSED {
             for requested in [2_500, 10_001] {
                 let mesh = sample.mesh(Some(requested)).unwrap();
                 assert_eq!(
@@ -223,13 +223,13 @@ mod tests {
     #[test]
     fn open_models_have_the_expected_holes() {
         for (sample, triangles, boundary_edges) in [
-            (Sample::OpenBox, 10, 4),
-            (Sample::OpenBoxes, 20, 8),
+            (Model::OpenBox, 10, 4),
+            (Model::OpenBoxes, 20, 8),
             // The door, one side of which is an edge of the floor, and four windows.
-            (Sample::House, 2 * (12 + 14 + 8 + 8) + 6 + 20 + 30, 6 + 16),
-            (Sample::Room, 10, 4),
-            (Sample::Sheet, 512, 64),
-            (Sample::Bowl, 480, 32),
+            (Model::House, 2 * (12 + 14 + 8 + 8) + 6 + 20 + 30, 6 + 16),
+            (Model::Room, 10, 4),
+            (Model::Sheet, 512, 64),
+            (Model::Bowl, 480, 32),
         ] {
             let report = MeshReport::new(&sample.mesh(None).unwrap());
             let found = (report.triangles, report.boundary_edges);
@@ -252,27 +252,27 @@ mod tests {
 
     #[test]
     fn open_models_except_the_room_face_outward() {
-        for sample in Sample::ALL
+        for sample in Model::ALL
             .into_iter()
-            .filter(|s| !Sample::CLOSED.contains(s))
+            .filter(|s| !Model::CLOSED.contains(s))
         {
-            if ![Sample::Sheet, Sample::Patchwork].contains(&sample) {
+            if ![Model::Sheet, Model::Patchwork].contains(&sample) {
                 // Tetrahedra over a hole have no volume if the origin is in the plane of the hole.
                 let mesh = sample.mesh(None).unwrap();
                 let volume = signed_volume(&mesh);
-                assert_eq!(volume > 0.0, sample != Sample::Room, "{sample:?}: {volume}");
+                assert_eq!(volume > 0.0, sample != Model::Room, "{sample:?}: {volume}");
             }
         }
     }
 
     #[test]
     fn refinement_keeps_flat_faces_flat_and_round_ones_round() {
-        let flat = Sample::Box.mesh(Some(1000)).unwrap();
+        let flat = Model::Box.mesh(Some(1000)).unwrap();
         for p in flat.positions() {
             let on_face = p[0].abs() == 0.5 || p[1] == 0.0 || p[1] == 1.0 || p[2].abs() == 0.5;
             assert!(on_face, "{p:?}");
         }
-        for p in Sample::Sphere.mesh(Some(5000)).unwrap().positions() {
+        for p in Model::Sphere.mesh(Some(5000)).unwrap().positions() {
             let [x, y, z] = [p[0], p[1] - 0.5, p[2]].map(f64::from);
             let radius = (x * x + y * y + z * z).sqrt();
             assert!((radius - 0.5).abs() < 2e-6, "{radius}");
@@ -281,18 +281,18 @@ mod tests {
 
     #[test]
     fn counts_out_of_range_are_refused() {
-        let few = Sample::Box.mesh(Some(11)).unwrap_err();
+        let few = Model::Box.mesh(Some(11)).unwrap_err();
         assert_eq!(
             few.to_string(),
             "box has at least 12 triangles, but 11 were requested"
         );
-        let many = Sample::Box.mesh(Some(MAX_TRIANGLES + 1));
-        assert_eq!(many, Err(SampleError::TooMany(MAX_TRIANGLES + 1)));
+        let many = Model::Box.mesh(Some(MAX_TRIANGLES + 1));
+        assert_eq!(many, Err(ModelError::TooMany(MAX_TRIANGLES + 1)));
     }
 
     #[test]
     fn obj_text_reads_back_as_the_same_mesh() {
-        let mesh = Sample::Robot.mesh(None).unwrap();
+        let mesh = Model::Robot.mesh(None).unwrap();
         let read = read_obj(to_obj(&mesh).as_bytes()).unwrap();
         assert_eq!(read.parts(), mesh.parts());
         assert!(read.corners().eq(mesh.corners()));

@@ -3,7 +3,7 @@
 use std::collections::{BinaryHeap, HashMap};
 
 use super::builder::Builder;
-use super::models::Surface;
+use super::shapes::Surface;
 
 /// An edge, the lower vertex index first.
 type Edge = [u32; 2];

@@ -3,37 +3,37 @@
 use std::f64::consts::TAU;
 
 use super::builder::{Builder, Ring};
-use super::{Sample, open};
+use super::{Model, open};
 
 /// The projection of a point to a model's surface, on which refinement puts new vertices.
 pub(super) type Surface = fn([f64; 3]) -> [f64; 3];
 
 /// Builds a model. The sphere and the torus have coarser forms, of at most `requested` triangles.
-pub(super) fn build(sample: Sample, requested: Option<usize>) -> Builder {
+pub(super) fn build(sample: Model, requested: Option<usize>) -> Builder {
     let mut model = Builder::default();
     match sample {
-        Sample::Box => {
+        Model::Box => {
             let part = model.part("box");
             part.cuboid([-0.5, 0.0, -0.5], [0.5, 1.0, 0.5]);
         }
-        Sample::Table => table(&mut model),
-        Sample::Torus => torus(&mut model, requested),
-        Sample::LShape => {
+        Model::Table => table(&mut model),
+        Model::Torus => torus(&mut model, requested),
+        Model::LShape => {
             let part = model.part("slab");
             part.cuboid([-0.6, 0.0, -0.6], [0.6, 0.2, 0.6]);
             let part = model.part("wall");
             part.cuboid([-0.6, 0.2, -0.6], [-0.4, 1.2, 0.6]);
         }
-        Sample::Sphere => sphere(&mut model, requested),
-        Sample::Robot => robot(&mut model),
-        Sample::SpaceShip => space_ship(&mut model),
-        Sample::OpenBox => open::open_box(&mut model),
-        Sample::OpenBoxes => open::open_boxes(&mut model),
-        Sample::House => open::house(&mut model),
-        Sample::Room => open::room(&mut model),
-        Sample::Sheet => open::sheet(&mut model),
-        Sample::Bowl => open::bowl(&mut model),
-        Sample::Patchwork => {
+        Model::Sphere => sphere(&mut model, requested),
+        Model::Robot => robot(&mut model),
+        Model::SpaceShip => space_ship(&mut model),
+        Model::OpenBox => open::open_box(&mut model),
+        Model::OpenBoxes => open::open_boxes(&mut model),
+        Model::House => open::house(&mut model),
+        Model::Room => open::room(&mut model),
+        Model::Sheet => open::sheet(&mut model),
+        Model::Bowl => open::bowl(&mut model),
+        Model::Patchwork => {
             torus(&mut model, None);
             open::break_up(&mut model);
         }
@@ -42,10 +42,10 @@ pub(super) fn build(sample: Sample, requested: Option<usize>) -> Builder {
 }
 
 /// Returns the projection to the surface of a round model; the identity for the other models.
-pub(super) fn surface(sample: Sample) -> Surface {
+pub(super) fn surface(sample: Model) -> Surface {
     match sample {
-        Sample::Sphere => |p| on_sphere([p[0], p[1] - RADIUS, p[2]]),
-        Sample::Torus => on_torus,
+        Model::Sphere => |p| on_sphere([p[0], p[1] - RADIUS, p[2]]),
+        Model::Torus => on_torus,
         _ => |p| p,
     }
 }
@@ -117,7 +117,7 @@ fn sphere(model: &mut Builder, requested: Option<usize>) {
             .unwrap_or(0),
     };
     for _ in 0..levels {
-        super::refine::subdivide(model, surface(Sample::Sphere));
+        super::refine::subdivide(model, surface(Model::Sphere));
     }
 }
 

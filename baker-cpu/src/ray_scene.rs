@@ -28,7 +28,7 @@ const MAX_START_DISTANCE: f64 = 64.0;
 ///
 /// Internally, coordinates are relative to the center of the mesh's bounding box and scaled by a
 /// power of two to the order of one, so that single precision suffices for every mesh.
-pub struct Occluder {
+pub struct RayScene {
     /// The union of all padded boxes.
     bounds: Aabb,
     bvh: CwBvh,
@@ -58,7 +58,7 @@ impl Boundable for PaddedBox {
     }
 }
 
-impl Occluder {
+impl RayScene {
     /// Builds the BVH: about a second for a million triangles.
     pub fn new(mesh: &TriangleMesh) -> Self {
         let bounds = mesh.bounds();
@@ -103,7 +103,7 @@ impl Occluder {
 
     /// Whether the ray from `origin` (object space) in `direction` (any length but zero) hits a
     /// triangle at a distance above zero and up to `max_distance` (object units).
-    pub fn hides(&self, origin: [f64; 3], direction: [f64; 3], max_distance: f64) -> bool {
+    pub fn is_occluded(&self, origin: [f64; 3], direction: [f64; 3], max_distance: f64) -> bool {
         let from_center = std::array::from_fn(|x| origin[x] - self.center[x]);
         let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
         self.is_occluded_from_center(from_center, direction.map(|v| v / length), max_distance)
@@ -111,7 +111,7 @@ impl Occluder {
 
     /// Returns the closest hit, at a distance above zero, of the ray from `origin` (object space)
     /// in `direction` (any length but zero).
-    pub fn nearest(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<Hit> {
+    pub fn closest_hit(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<Hit> {
         let origin = std::array::from_fn(|x| (origin[x] - self.center[x]) * self.scale);
         let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
         let unit = direction.map(|v| v / length);
@@ -148,8 +148,8 @@ impl Occluder {
         })
     }
 
-    /// Whether a ray is occluded, as [`Occluder::hides`], for an origin relative to
-    /// [`Occluder::center`] and a direction of length 1. Relative to the center, mirror images
+    /// Whether a ray is occluded, as [`RayScene::is_occluded`], for an origin relative to
+    /// [`RayScene::center`] and a direction of length 1. Relative to the center, mirror images
     /// have exactly opposite coordinates.
     pub(crate) fn is_occluded_from_center(
         &self,
@@ -273,7 +273,7 @@ fn padded_box(corners: [[f64; 3]; 3], idx: u32) -> PaddedBox {
 #[cfg(test)]
 mod tests {
     use aogrid_bake_core::mesh::Part;
-    use aogrid_bake_core::samples::Sample;
+    use aogrid_bake_core::models::Model;
 
     use super::*;
 
@@ -291,7 +291,7 @@ mod tests {
 
     /// Whether a ray is occluded, tested against every triangle.
     fn is_occluded_brute_force(
-        occluder: &Occluder,
+        occluder: &RayScene,
         origin: [f64; 3],
         direction: [f64; 3],
         max_distance: f64,
@@ -305,7 +305,7 @@ mod tests {
 
     /// Returns the closest hit, tested against every triangle.
     fn closest_hit_brute_force(
-        occluder: &Occluder,
+        occluder: &RayScene,
         origin: [f64; 3],
         direction: [f64; 3],
     ) -> Option<Hit> {
@@ -321,7 +321,7 @@ mod tests {
             })
     }
 
-    fn transformed(sample: Sample, scale: f32, offset: f32) -> TriangleMesh {
+    fn transformed(sample: Model, scale: f32, offset: f32) -> TriangleMesh {
         let mesh = sample.mesh(None).unwrap();
         let transform = |p: &[f32; 3]| p.map(|v| v * scale + offset);
         let positions = mesh.positions().iter().map(transform).collect();
@@ -334,8 +334,8 @@ mod tests {
         let (mut occluded, mut rays) = (0, 0);
         // Meshes of ordinary size, far from the origin, tiny and huge.
         for (scale, offset) in [(1.0, 0.0), (1.0, 300.0), (1e-20, 0.0), (1e20, 0.0)] {
-            for sample in [Sample::Robot, Sample::Torus, Sample::Table] {
-                let occluder = Occluder::new(&transformed(sample, scale, offset));
+            for sample in [Model::Robot, Model::Torus, Model::Table] {
+                let occluder = RayScene::new(&transformed(sample, scale, offset));
                 let size = f64::from(scale);
                 for distance in [0.5, 3.0, 1e4] {
                     for _ in 0..500 {
@@ -348,13 +348,16 @@ mod tests {
                             false => to,
                         };
                         assert_eq!(
-                            occluder.nearest(origin, direction),
+                            occluder.closest_hit(origin, direction),
                             closest_hit_brute_force(&occluder, origin, direction)
                         );
                         for max_distance in [f64::INFINITY, size] {
                             let expected =
                                 is_occluded_brute_force(&occluder, origin, direction, max_distance);
-                            assert_eq!(occluder.hides(origin, direction, max_distance), expected);
+                            assert_eq!(
+                                occluder.is_occluded(origin, direction, max_distance),
+                                expected
+                            );
                             occluded += usize::from(expected);
                             rays += 1;
                         }
@@ -387,10 +390,10 @@ mod tests {
                 triangles: 0..n,
             };
             let mesh = TriangleMesh::new(triangles.concat(), indices.collect(), vec![whole]);
-            let occluder = Occluder::new(&mesh.unwrap());
+            let occluder = RayScene::new(&mesh.unwrap());
             let origin = [1e-4, 1e-4, 1.0];
             assert_eq!(
-                occluder.hides(origin, [0.0, 0.0, -1.0], f64::INFINITY),
+                occluder.is_occluded(origin, [0.0, 0.0, -1.0], f64::INFINITY),
                 occluded
             );
         }
@@ -400,7 +403,7 @@ mod tests {
     /// side have.
     #[test]
     fn the_sign_of_a_zero_in_a_direction_does_not_matter() {
-        let occluder = Occluder::new(&Sample::Robot.mesh(None).unwrap());
+        let occluder = RayScene::new(&Model::Robot.mesh(None).unwrap());
         let mut next = random_numbers(3);
         let mut occluded = 0;
         for _ in 0..200 {
@@ -409,7 +412,7 @@ mod tests {
                 let mut direction = std::array::from_fn(|x| occluder.center[x] - origin[x]);
                 let hides = [0.0, -0.0].map(|zero| {
                     direction[axis] = zero;
-                    occluder.hides(origin, direction, f64::INFINITY)
+                    occluder.is_occluded(origin, direction, f64::INFINITY)
                 });
                 assert_eq!(hides[0], hides[1], "{origin:?} {direction:?}");
                 occluded += usize::from(hides[0]);
@@ -426,18 +429,18 @@ mod tests {
         };
         let corners = vec![[-1.0, 0.0, -1.0], [3.0, 0.0, -1.0], [-1.0, 0.0, 3.0]];
         let sheet = TriangleMesh::new(corners, vec![[0, 1, 2]], vec![whole]).unwrap();
-        let occluder = Occluder::new(&sheet);
+        let occluder = RayScene::new(&sheet);
         for height in [1.0, 1e-3, 1e-6, 1e-12, 1e-100] {
             for sign in [1.0, -1.0] {
                 let origin = [0.0, sign * height, 0.0];
                 assert!(
-                    occluder.hides(origin, [0.0, -sign, 0.0], f64::INFINITY),
+                    occluder.is_occluded(origin, [0.0, -sign, 0.0], f64::INFINITY),
                     "{height}"
                 );
-                assert!(!occluder.hides(origin, [0.0, sign, 0.0], f64::INFINITY));
+                assert!(!occluder.is_occluded(origin, [0.0, sign, 0.0], f64::INFINITY));
             }
         }
         // A ray that starts on the sheet has no hit at a distance above zero.
-        assert!(!occluder.hides([0.0; 3], [0.1, 1.0, 0.2], f64::INFINITY));
+        assert!(!occluder.is_occluded([0.0; 3], [0.1, 1.0, 0.2], f64::INFINITY));
     }
 }

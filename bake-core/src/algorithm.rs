@@ -1,24 +1,24 @@
 //! The two visibility algorithms and the choice between them, shared by all bakers.
 
-use aogrid_grid_format::Method;
+use aogrid_grid_format::Sampling;
 
 use crate::{BakeOptions, PrepareError};
 
 /// The algorithm that finds the visibility of a cell's directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kernel {
+pub enum Algorithm {
     /// The direction sweep: direction by direction, for all cells at once.
-    Sweep,
+    DirectionSweep,
     /// Ray casting: ray by ray, through a bounding volume hierarchy.
-    Rays,
+    RayCasting,
 }
 
-impl Kernel {
+impl Algorithm {
     /// Returns the name on command lines and in reports.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Sweep => "sweep",
-            Self::Rays => "rays",
+            Self::DirectionSweep => "sweep",
+            Self::RayCasting => "rays",
         }
     }
 }
@@ -26,7 +26,7 @@ impl Kernel {
 /// The reason that ray casting is used although it was not requested.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum WhyRays {
+pub enum RayFallbackReason {
     /// Random directions differ from cell to cell.
     #[error("the direction sweep does not support random rays")]
     MonteCarlo,
@@ -35,7 +35,7 @@ pub enum WhyRays {
     MaxDistance,
     /// The mesh has so many boundary edges that the sweep would be slower.
     #[error("{0} boundary edges are too many for the direction sweep")]
-    Soup(usize),
+    TooManyBoundaryEdges(usize),
     /// The mesh and the grid exceed the limits of the sweep.
     #[error(transparent)]
     Prepare(PrepareError),
@@ -49,13 +49,13 @@ pub enum WhyRays {
 /// earliest.
 const MAX_BOUNDARY_EDGES: usize = 15_000_000;
 
-impl WhyRays {
+impl RayFallbackReason {
     /// Returns the reason that the options require ray casting, if they do.
     pub fn of_options(options: &BakeOptions) -> Option<Self> {
-        match options.method {
-            Method::Rays { .. } => Some(Self::MonteCarlo),
-            Method::Faces { .. } if options.max_distance.is_some() => Some(Self::MaxDistance),
-            Method::Faces { .. } => None,
+        match options.sampling {
+            Sampling::MonteCarlo { .. } => Some(Self::MonteCarlo),
+            Sampling::CubeFaces { .. } if options.max_distance.is_some() => Some(Self::MaxDistance),
+            Sampling::CubeFaces { .. } => None,
         }
     }
 
@@ -63,6 +63,6 @@ impl WhyRays {
     /// if it is: a boundary edge is a silhouette for every direction, whereas only a few percent of
     /// the edges of a connected mesh are.
     pub fn of_counts(boundary_edges: usize) -> Option<Self> {
-        (boundary_edges > MAX_BOUNDARY_EDGES).then_some(Self::Soup(boundary_edges))
+        (boundary_edges > MAX_BOUNDARY_EDGES).then_some(Self::TooManyBoundaryEdges(boundary_edges))
     }
 }

@@ -4,19 +4,19 @@ use aogrid_bake_core::mesh::Part;
 use aogrid_bake_core::{FaceBits, PreparedMesh, TriangleMesh, cube_face};
 use rayon::prelude::*;
 
-use crate::Occluder;
+use crate::RayScene;
 
 /// A BVH over a [`PreparedMesh`], in units of cells relative to the first sample.
 ///
 /// It uses the sweep's quantized vertices without further rounding. Its results and those of the
 /// sweep may differ only where a ray passes an edge within the resolution of single precision.
-pub struct SnappedRays<'a> {
+pub struct QuantizedMeshRays<'a> {
     mesh: &'a PreparedMesh,
     /// The BVH, or `None` if no triangle is left.
-    occluder: Option<Occluder>,
+    occluder: Option<RayScene>,
 }
 
-impl<'a> SnappedRays<'a> {
+impl<'a> QuantizedMeshRays<'a> {
     /// Builds the BVH.
     pub fn new(mesh: &'a PreparedMesh) -> Self {
         let in_cells = |p: &[i32; 3]| p.map(|v| mesh.lattice().in_cells(v));
@@ -29,16 +29,16 @@ impl<'a> SnappedRays<'a> {
         let quantized = TriangleMesh::new(positions, mesh.triangles().to_vec(), vec![whole]);
         Self {
             mesh,
-            occluder: quantized.ok().as_ref().map(Occluder::new),
+            occluder: quantized.ok().as_ref().map(RayScene::new),
         }
     }
 
     /// Whether the ray from the sample of a cell in `direction` (object axes, any length) is
     /// occluded.
-    pub fn hides(&self, cell: [u32; 3], direction: [f64; 3]) -> bool {
+    pub fn is_occluded(&self, cell: [u32; 3], direction: [f64; 3]) -> bool {
         let size = self.mesh.spec().cell_size();
         let in_cells = std::array::from_fn(|x| direction[x] / size[x]);
-        let hides = |o: &Occluder| o.hides(cell.map(f64::from), in_cells, f64::INFINITY);
+        let hides = |o: &RayScene| o.is_occluded(cell.map(f64::from), in_cells, f64::INFINITY);
         self.occluder.as_ref().is_some_and(hides)
     }
 
@@ -48,7 +48,7 @@ impl<'a> SnappedRays<'a> {
         let spec = self.mesh.spec();
         let occluded = |cell_idx: usize| {
             let cell = spec.cell_at(cell_idx);
-            let hides = |(_, t): &(usize, &cube_face::Texel)| self.hides(cell, t.direction);
+            let hides = |(_, t): &(usize, &cube_face::Texel)| self.is_occluded(cell, t.direction);
             let occluded_texels = texels.iter().enumerate().filter(hides);
             occluded_texels.map(|(texel, _)| texel).collect()
         };
