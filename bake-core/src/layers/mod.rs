@@ -53,7 +53,7 @@ use crate::{PreparedMesh, TriangleMesh};
 /// change the class of a few cells in a thousand.
 const FACE_SIZE: u32 = 8;
 
-/// Directions of a cell: six faces of [`FACE_SIZE`]² texels, of equal weight.
+/// Directions of a cell: six faces of 8² texels, of equal weight.
 pub const LAYER_DIRECTIONS: u16 = 6 * (FACE_SIZE * FACE_SIZE) as u16;
 
 /// Cells around the mesh's bounding box whose layers are counted, too. Outside the box no cell is

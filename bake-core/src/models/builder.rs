@@ -115,7 +115,7 @@ impl Builder {
         self
     }
 
-    /// Adds a sheet of `n`[0] × `n`[1] quads with corners `at` (i, j): counter-clockwise if i goes
+    /// Adds a sheet of `n[0]` × `n[1]` quads with corners `at` (i, j): counter-clockwise if i goes
     /// right and j goes up. Quads that are `open` are left out. Sheets share vertices.
     pub(super) fn panel(
         &mut self,
