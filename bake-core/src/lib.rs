@@ -40,6 +40,7 @@ mod placement;
 pub mod post;
 pub mod prepared;
 mod raw_grid;
+mod warnings;
 
 pub mod mesh;
 
@@ -53,3 +54,4 @@ pub use options::{BakeOptions, OptionsError};
 pub use placement::{Extent, Placement, PlacementError};
 pub use prepared::{PrepareError, PreparedMesh};
 pub use raw_grid::{Moments, RawGrid};
+pub use warnings::warnings;

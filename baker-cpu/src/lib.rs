@@ -32,16 +32,16 @@
 //!
 //! [`bake()`] bakes one grid. A [`Baker`] keeps its buffers for further bakes and reports which
 //! algorithm it uses. An [`RayScene`] bakes by ray casting and traces single rays
-//! ([`RayScene::is_occluded`], [`RayScene::closest_hit`]); [`mod@reference`] shades with it. A [`Sweeper`] bakes a
+//! ([`RayScene::is_occluded`], [`RayScene::closest_hit`]). A [`Sweeper`] bakes a
 //! prepared mesh by the direction sweep and also returns the occlusion bits of the faces. All of
 //! them use the `rayon` thread pool in which they are called.
 
 mod bake;
 mod baker;
 mod monte_carlo;
+pub mod parity;
 mod quantized_rays;
 mod ray_scene;
-pub mod reference;
 mod sweep;
 mod triangle;
 

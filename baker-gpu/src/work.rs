@@ -18,9 +18,9 @@ const MAX_DISPATCHES: usize = 256;
 /// WebGPU's limit on workgroups along an axis of a dispatch.
 const MAX_WORKGROUPS: u32 = 65_535;
 
-/// The number of waits after which a submission of [`SubmissionPacer`]'s length counts as hung. There are
-/// several short waits instead of a long one because time also passes while this process is
-/// suspended; a wait that is running then ends at once.
+/// The number of waits after which a submission of [`SubmissionPacer`]'s length counts as hung.
+/// There are several short waits instead of a long one because time also passes while this process
+/// is suspended; a wait that is running then ends at once.
 const MAX_WAITS: u32 = 12;
 
 /// The length of one wait.

@@ -2,7 +2,7 @@
 
 use aogrid_bake_core::{TriangleMesh, UNOBSERVED};
 use aogrid_baker_cpu::RayScene;
-use aogrid_baker_cpu::reference::{Lighting, Receiver, ReferenceOptions, shade};
+use aogrid_scene::reference::{Lighting, Receiver, ReferenceOptions, shade};
 
 /// The increments of the quasirandom sequence R3: the first three inverse powers of the root of
 /// x⁴ = x + 1. The fractional parts of their multiples fill the unit cube evenly (Roberts, *The

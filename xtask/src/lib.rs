@@ -1,37 +1,25 @@
-//! The commands of aogrid, one file each, called as `cargo xtask COMMAND`.
+//! The commands for developers of aogrid, one file each, called as `cargo xtask COMMAND`, and the
+//! product's own commands.
 //!
 //! Exit status: 0 done, 1 failed, 2 wrong usage. A failure prints one line on stderr; wrong usage
-//! prints a hint. Output is written to a temporary file and renamed, so that a killed command
-//! leaves an existing file intact.
+//! prints a hint.
 
-mod backend;
-mod canvas;
 mod commands;
-mod console;
-mod interrupt;
-mod npy;
-mod output;
-pub mod parity;
-pub mod scene;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
-use commands::{
-    adapters, bake, bench, ci, diff, export, info, model, render, shader_cost, slices, tables,
-    verify, verify_bake,
-};
-use console::Console;
+use aogrid::console::Console;
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use commands::{bench, ci, shader_cost, tables, verify_bake};
 
 #[derive(Parser)]
 #[command(
     name = "cargo xtask",
     bin_name = "cargo xtask",
     version,
-    about,
+    about = "The commands of aogrid, and those for its developers",
     max_term_width = 100
 )]
-#[command(disable_help_subcommand = true)]
 struct Cli {
     /// Print no progress and no notes, only results, warnings and errors
     #[arg(long, global = true)]
@@ -42,18 +30,10 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    Bake(Box<bake::Args>),
-    Info(info::Args),
-    Verify(verify::Args),
+    #[command(flatten)]
+    Product(aogrid::Command),
     VerifyBake(verify_bake::Args),
-    Diff(diff::Args),
-    Slices(slices::Args),
-    #[command(alias = "sample")]
-    Model(model::Args),
-    Export(export::Args),
-    Render(Box<render::Args>),
     Bench(bench::Args),
-    Adapters(adapters::Args),
     Tables(tables::Args),
     ShaderCost(shader_cost::Args),
     /// Check everything that must hold before a change lands: tables, format, clippy,
@@ -68,57 +48,49 @@ Examples:
   cargo xtask ci
   AOGRID_GPU=require cargo xtask ci";
 
+/// Returns the command line, with the product's examples as they are called here.
+fn command() -> clap::Command {
+    Cli::command().mut_subcommands(|command| {
+        let help = command.get_after_help().map(ToString::to_string);
+        let help = help.unwrap_or_default();
+        command.after_help(help.replace("  aogrid ", "  cargo xtask "))
+    })
+}
+
 /// Runs the command that the process was called with.
 pub fn run() -> ExitCode {
-    let cli = Cli::parse();
+    let matches = command().get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let console = Console::new(cli.quiet);
     let result = match cli.command {
-        Command::Bake(args) => bake::run(&args, &console),
-        Command::Info(args) => info::run(&args, &console),
-        Command::Verify(args) => verify::run(&args, &console),
+        Command::Product(command) => command.run(&console),
         Command::VerifyBake(args) => verify_bake::run(&args, &console),
-        Command::Diff(args) => diff::run(&args, &console),
-        Command::Slices(args) => slices::run(&args, &console),
-        Command::Model(args) => model::run(&args, &console),
-        Command::Export(args) => export::run(&args, &console),
-        Command::Render(args) => render::run(&args, &console),
         Command::Bench(args) => bench::run(&args, &console),
-        Command::Adapters(args) => adapters::run(&args, &console),
         Command::Tables(args) => tables::run(&args, &console),
         Command::ShaderCost(args) => shader_cost::run(&args, &console),
         Command::Ci => ci::run(&console),
     };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            console.error(&error);
-            ExitCode::FAILURE
-        }
-    }
+    aogrid::exit_code(&console, &result)
 }
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
-
     use super::*;
 
     #[test]
     fn every_command_has_two_or_three_examples_that_parse() {
-        for command in Cli::command().get_subcommands() {
-            let name = command.get_name();
-            let help = command.get_after_help().map(ToString::to_string);
+        for subcommand in command().get_subcommands() {
+            let name = subcommand.get_name();
+            let help = subcommand.get_after_help().map(ToString::to_string);
             let help = help.unwrap_or_else(|| panic!("{name} has no examples"));
             let (heading, examples) = help.split_once('\n').unwrap();
             assert_eq!(heading, "Examples:", "{name}");
             assert!((2..=3).contains(&examples.lines().count()), "{name}");
             for example in examples.lines() {
-                // An example may set a variable first, or show what to do with the output.
-                let Some((_, line)) = example.split_once("cargo xtask ") else {
-                    continue;
-                };
+                // An example may set a variable first.
+                let (_, line) = example.split_once("cargo xtask ").expect(example);
                 let words = ["xtask"].into_iter().chain(line.split_whitespace());
-                if let Err(error) = Cli::try_parse_from(words) {
+                if let Err(error) = command().try_get_matches_from(words) {
                     panic!("{example}: {error}");
                 }
                 assert!(line.starts_with(name), "{example}");

@@ -26,8 +26,8 @@ struct Node {
     /// The next node if the ray misses the box, or after a leaf.
     skip: u32,
     high: vec3<f32>,
-    /// For a leaf, its first triangle in bits 0–27 and the number of triangles from bit 28 on. For
-    /// an inner node all ones; its first child is the following node.
+    /// The first triangle of a leaf in bits 0–27, and the number of its triangles from bit 28 on.
+    /// All ones for an inner node, whose first child is the following node.
     triangles: u32,
 }
 

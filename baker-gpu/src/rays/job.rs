@@ -18,7 +18,8 @@ use crate::{BakeError, Context};
 /// The largest number of cells that are read back together.
 const MAX_BATCH_CELLS: usize = 1 << 20;
 
-/// The approximate cost of a ray in visited nodes, see [`SubmissionPacer`](crate::pace::SubmissionPacer).
+/// The approximate cost of a ray in visited nodes, see
+/// [`SubmissionPacer`](crate::pace::SubmissionPacer).
 const RAY_UNITS: f64 = 100.0;
 
 /// The fixed-point representation of 1 in the components of Monte Carlo directions.

@@ -131,7 +131,7 @@ mod tests {
             size_of::<Bucket>(),
             &bucket,
         );
-        let piercing = [
+        let candidate = [
             ("corners", offset_of!(RowHitCandidate, corners)),
             ("triangle", offset_of!(RowHitCandidate, triangle)),
             ("row", offset_of!(RowHitCandidate, row)),
@@ -142,9 +142,9 @@ mod tests {
         let piercings = shader("sweep: piercings");
         assert_layout(
             piercings,
-            "Piercing",
+            "RowHitCandidate",
             size_of::<RowHitCandidate>(),
-            &piercing,
+            &candidate,
         );
     }
 }

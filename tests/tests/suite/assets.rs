@@ -15,7 +15,7 @@ fn committed_models_match_the_generator() {
         let name = format!("{}.obj", sample.name());
         let committed = fs::read_to_string(folder.join(&name)).unwrap();
         let generated = to_obj(&sample.mesh(None).unwrap());
-        let remedy = format!("cargo xtask sample {} -o assets/{name}", sample.name());
+        let remedy = format!("cargo xtask model {} -o assets/{name}", sample.name());
         assert!(committed == generated, "assets/{name} is stale: {remedy}");
     }
 }

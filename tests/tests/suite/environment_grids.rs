@@ -5,12 +5,12 @@ use std::path::Path;
 
 use aogrid_bake_core::{BakeOptions, Extent, Placement, UNOBSERVED};
 use aogrid_baker_cpu::RayScene;
-use aogrid_baker_cpu::reference::{self, Lighting, Receiver, ReferenceOptions};
 use aogrid_grid_format::{BoundaryMode, TexelFormat};
 use aogrid_runtime::shading::*;
 use aogrid_runtime::{AogridOccluder, Combine, CpuTexture, Instance};
+use aogrid_scene::reference::{self, Lighting, Receiver, ReferenceOptions};
+use aogrid_scene::{GBuffer, GridSource, Grids, LoadOptions, Scene};
 use glam::DMat4;
-use xtask::scene::{self, GBuffer, GridSource, Grids, LoadOptions, Scene};
 
 use crate::environment_light::{Errors, OccludedReceivers, diffuse, lights, options, report};
 
@@ -52,7 +52,7 @@ fn receivers_with_grids(name: &str, settings: &Settings) -> OccludedReceivers {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../scenes")
         .join(name);
-    let mut scene = scene::load(&path, LoadOptions::default()).unwrap();
+    let mut scene = aogrid_scene::load(&path, LoadOptions::default()).unwrap();
     scene.camera.as_mut().unwrap().resolution = [40, 30];
     for mesh in &mut scene.meshes {
         let options = BakeOptions {

@@ -6,14 +6,14 @@ use std::path::Path;
 use aogrid_bake_core::UNOBSERVED;
 use aogrid_bake_core::models::Model;
 use aogrid_baker_cpu::RayScene;
-use aogrid_baker_cpu::reference::{self, Environment, Lighting, Lobe, Receiver, ReferenceOptions};
 use aogrid_runtime::environment::*;
 use aogrid_runtime::shading::*;
 use aogrid_runtime::{AogridCone, AogridEnvironment, CpuTexture, EnvironmentMap};
+use aogrid_scene::reference::{self, Environment, Lighting, Lobe, Receiver, ReferenceOptions};
+use aogrid_scene::{LoadOptions, parse};
 use aogrid_tests::{shared, sphere_fraction};
 use glam::DVec3;
 use rayon::prelude::*;
-use xtask::scene::{LoadOptions, parse};
 
 /// Receivers with their combined occlusion, however it was found, and the geometry that occludes
 /// them.

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use aogrid_baker_cpu::reference::Environment;
+use aogrid_scene::reference::Environment;
+use aogrid_scene::{LoadOptions, parse};
 use aogrid_tests::{files_with_ending, shared};
 use glam::DVec3;
-use xtask::scene::{LoadOptions, parse};
 
 type Vector = [f64; 3];
 
@@ -13,7 +13,7 @@ type Vector = [f64; 3];
 fn environment(lines: &str) -> anyhow::Result<(Environment, Vec<String>)> {
     let text = format!("[environment]\n{lines}\n");
     let scene = parse(Path::new("test.toml"), &text, LoadOptions::default())?;
-    scene.environment.unwrap().load()
+    Ok(scene.environment.unwrap().load()?)
 }
 
 fn file(path: &Path) -> String {

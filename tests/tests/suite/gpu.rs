@@ -7,11 +7,11 @@ use aogrid_bake_core::{
     RayFallbackReason, TriangleMesh, UNOBSERVED, mesh, post,
 };
 use aogrid_baker_cpu::RayScene;
+use aogrid_baker_cpu::parity::Parity;
 use aogrid_baker_gpu::wgpu::Limits;
 use aogrid_baker_gpu::{AdapterSelector, BakeError, Baker, Caster, Context, ContextError, Sweeper};
 use aogrid_grid_format::{Encoding, GridSpec, Sampling};
 use aogrid_tests::{exact_options, files_with_ending, gpu, mesh_of, shared};
-use xtask::parity::Parity;
 
 use crate::analytic;
 use crate::parity::{

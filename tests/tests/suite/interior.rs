@@ -4,8 +4,8 @@ use aogrid_bake_core::mesh::{self, Part};
 use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh};
 use aogrid_baker_cpu::RayScene;
-use aogrid_baker_cpu::reference::Receiver;
 use aogrid_grid_format::{Grid, Interior};
+use aogrid_scene::reference::Receiver;
 use aogrid_tests::{Shaded, exact_options, grid, shared, surface_points, truth, winding_number};
 
 /// Points of a surface that are shaded, and rays of the truth at each: its own RMS error of a

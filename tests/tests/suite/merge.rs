@@ -5,15 +5,15 @@ use std::sync::Arc;
 
 use aogrid_bake_core::UNOBSERVED;
 use aogrid_baker_cpu::RayScene;
-use aogrid_baker_cpu::reference::{Lighting, Receiver, ReferenceOptions, shade};
 use aogrid_grid_format::Grid;
 use aogrid_runtime::shading::{
     aogrid_clip, aogrid_clipped_axis, aogrid_cone_with_axis_at, aogrid_cos_beta,
     aogrid_grid_position, aogrid_is_inside, aogrid_merge_cone, aogrid_multiply,
 };
 use aogrid_runtime::{AogridOccluder, CpuTexture, Instance};
+use aogrid_scene::reference::{Lighting, Receiver, ReferenceOptions, shade};
+use aogrid_scene::{GBuffer, Grids, LoadOptions, Scene, load, parse};
 use glam::{DVec3, Vec3};
-use xtask::scene::{GBuffer, Grids, LoadOptions, Scene, load, parse};
 
 /// The method that combines occluders.
 #[derive(Clone, Copy, Debug)]
@@ -273,7 +273,7 @@ fn the_robot_s_parts_match_the_reference_multiplied_and_merged() {
     for boundary in ["jgt", "none"] {
         let mut scene = file("robot.toml");
         for mesh in &mut scene.meshes {
-            if let xtask::scene::GridSource::Bake(_, options) = &mut mesh.grid {
+            if let aogrid_scene::GridSource::Bake(_, options) = &mut mesh.grid {
                 options.boundary = match boundary {
                     "none" => aogrid_grid_format::BoundaryMode::None,
                     _ => aogrid_grid_format::BoundaryMode::Jgt,

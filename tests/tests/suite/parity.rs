@@ -5,11 +5,11 @@ use aogrid_bake_core::{
     BakeOptions, FaceSums, Placement, PreparedMesh, Progress, TriangleMesh, UNOBSERVED,
     fixed_texels, mesh,
 };
+use aogrid_baker_cpu::parity::{Parity, graze};
 use aogrid_baker_cpu::{BakeError, QuantizedMeshRays, Sweeper};
 use aogrid_grid_format::GridSpec;
 use aogrid_tests::{files_with_ending, mesh_of, shared};
 use proptest::prelude::*;
-use xtask::parity::{Parity, graze};
 
 /// Returns the mesh on the lattice of a default bake's grid at `resolution`.
 pub(crate) fn prepared(mesh: &TriangleMesh, resolution: [u32; 3]) -> PreparedMesh {

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 use aogrid_bake_core::UNOBSERVED;
 use aogrid_baker_cpu::RayScene;
-use aogrid_baker_cpu::reference::{Lighting, shade};
 use aogrid_grid_format::BoundaryMode;
+use aogrid_scene::reference::{Lighting, shade};
+use aogrid_scene::{GBuffer, Grids, LoadOptions, Scene, load, parse};
 use aogrid_tests::{files_with_ending, shared};
 use glam::DVec3;
-use xtask::scene::{GBuffer, Grids, LoadOptions, Scene, load, parse};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes")

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{TriangleMesh, UNOBSERVED};
 use aogrid_baker_cpu::RayScene;
-use aogrid_baker_cpu::reference::{
+use aogrid_scene::reference::{
     AreaLight, Environment, Lighting, Receiver, ReferenceError, ReferenceOptions, ShadingEstimate,
     shade,
 };

@@ -10,10 +10,10 @@ use aogrid_baker_gpu::{self as gpu, AdapterSelector};
 use aogrid_grid_format::{Sampling, Source};
 use serde::Serialize;
 
-use super::bake::{SharedArgs, use_threads};
-use crate::backend::{Backend, BackendRequest, Provenance, TimedBake};
-use crate::console::Console;
-use crate::interrupt;
+use aogrid::backend::{Backend, BackendRequest, Provenance, TimedBake};
+use aogrid::console::Console;
+use aogrid::interrupt;
+use aogrid::{SharedArgs, use_threads};
 
 /// Time the stages of a bake: medians over repeats after one warm-up, in one process
 ///

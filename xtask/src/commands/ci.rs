@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::{Context, bail};
 
 use super::tables;
-use crate::console::Console;
+use aogrid::console::Console;
 
 /// A call of cargo.
 struct Check {

@@ -7,10 +7,10 @@ use aogrid_bake_core::{BakeOptions, FaceBits, Placement, PreparedMesh, RawGrid, 
 use aogrid_baker_cpu as cpu;
 use aogrid_baker_gpu::{self as gpu, AdapterSelector, Context};
 
-use super::bake::{face_size, resolution, use_threads};
-use crate::console::Console;
-use crate::interrupt;
-use crate::parity::{MAX_MISMATCH_RATE, Parity};
+use aogrid::console::Console;
+use aogrid::interrupt;
+use aogrid::{face_size, resolution, use_threads};
+use aogrid_baker_cpu::parity::{MAX_MISMATCH_RATE, Parity};
 
 /// Compare the sweep's faces, texel by texel, with rays cast at the same quantized mesh on the CPU
 ///

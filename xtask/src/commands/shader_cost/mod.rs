@@ -11,7 +11,7 @@ use anyhow::{Context, bail};
 use ash::vk;
 use naga::{back, front, valid};
 
-use crate::console::Console;
+use aogrid::console::Console;
 use kernels::{Kernel, PASSES};
 use vulkan::{Bindings, Compiled, Compiler};
 

@@ -6,7 +6,7 @@ use anyhow::Context;
 use aogrid_tables::{ClipTable, MergeTable};
 use image::ImageFormat;
 
-use crate::canvas::{Canvas, Color, DIM, GLYPH_SIZE, INK};
+use aogrid::canvas::{Canvas, Color, DIM, GLYPH_SIZE, INK};
 
 /// Side of a map, in pixels.
 const MAP_SIDE: u32 = 256;

@@ -15,8 +15,8 @@ use aogrid_tables::{
 };
 use rayon::prelude::*;
 
-use crate::console::{Bar, Console};
-use crate::{interrupt, npy, output};
+use aogrid::console::{Bar, Console};
+use aogrid::{interrupt, npy, output};
 
 /// Generate the tables T_clip and T_merge by numeric integration
 ///

@@ -1,0 +1,369 @@
+//! The command line of `bake` and its conversion to bake options.
+
+use std::path::PathBuf;
+
+use aogrid_bake_core::{BakeOptions, Extent, Placement};
+use aogrid_baker_cpu::Algorithm;
+use aogrid_baker_gpu::AdapterSelector;
+use aogrid_grid_format::{
+    BoundaryMode, Encoding, FACE_SIZES, Interior, MAX_RESOLUTION, MIN_RESOLUTION, RAY_COUNTS,
+    Sampling, TexelFormat,
+};
+use clap::ValueEnum;
+
+use crate::backend::BackendRequest;
+
+/// Bake the ambient occlusion around a model into a grid file
+///
+/// Several models, or one with --parts, go into the folder OUT, one file each, named after
+/// model and part. An output that is up to date is not baked again.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    /// Wavefront OBJ files
+    #[arg(required = true, value_name = "MODEL")]
+    pub models: Vec<PathBuf>,
+    /// The grid file to write (*.ao.ktx2), or a folder for several
+    #[arg(short, long, value_name = "OUT")]
+    pub out: PathBuf,
+    #[command(flatten)]
+    pub shared: SharedArgs,
+    /// Extend the grid to where the model occludes about this share of the sphere
+    #[arg(long, default_value_t = 0.1, value_parser = positive, conflicts_with = "half_extents", allow_hyphen_values = true)]
+    pub epsilon: f32,
+    /// Half-extents of the grid instead, in the model's units, around its bounding box's center
+    #[arg(long, value_name = "X,Y,Z", value_parser = half_extents, allow_hyphen_values = true)]
+    pub half_extents: Option<[f32; 3]>,
+    /// Directions of a cell: the texels of six cube faces, or random rays (Monte Carlo)
+    #[arg(long, alias = "method", value_enum, default_value_t = SamplingArg::Faces)]
+    pub sampling: SamplingArg,
+    /// Rays a cell, 1 to 100000 [with --sampling monte-carlo; default: 256]
+    #[arg(long, value_parser = ray_count, conflicts_with = "face_size")]
+    pub rays: Option<u32>,
+    /// Seed of the rays' directions [with --sampling monte-carlo; default: 0]
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Ignore geometry that is farther from a cell than this, in the model's units [default:
+    /// unlimited]
+    #[arg(long, value_name = "D", value_parser = positive, allow_hyphen_values = true)]
+    pub max_distance: Option<f32>,
+    /// Content of a texel: the occluded share of the sphere, or that and its average direction
+    #[arg(long, value_enum, default_value_t = EncodingArg::Cone)]
+    pub encoding: EncodingArg,
+    /// Storage format of a texel's values
+    #[arg(long, value_enum, default_value_t = FormatArg::Unorm8)]
+    pub format: FormatArg,
+    /// Boundary treatment, which fades occlusion out at the grid's boundary: as in the journal
+    /// paper, as in the research report, or none
+    #[arg(long, value_enum, default_value_t = BoundaryArg::Jgt)]
+    pub boundary: BoundaryArg,
+    /// Cells that count as inside the model and are filled from their neighbors: those inside by
+    /// the signed count of surface layers, even if the mesh has holes; only those that see no sky;
+    /// or none
+    #[arg(long, value_enum, default_value_t = InteriorArg::Signed)]
+    pub interior: InteriorArg,
+    /// Position of a cell's sample, in cells from the center, each within ±0.5
+    /// [default: 0.00031,-0.00017,0.00043]
+    #[arg(long, value_name = "X,Y,Z", value_parser = sample_offset, allow_hyphen_values = true)]
+    pub sample_offset: Option<[f32; 3]>,
+    /// Bake each object or group of a model by itself, for animation
+    #[arg(long)]
+    pub parts: bool,
+    /// Bake outputs that are up to date, too
+    #[arg(long)]
+    pub force: bool,
+    /// Print what would be baked and the grid's box, and write nothing
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Report as one JSON object on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// The examples at the end of `bake --help`.
+const EXAMPLES: &str = "\
+Examples:
+  aogrid bake assets/table.obj -o table.ao.ktx2
+  aogrid bake assets/robot.obj --parts --resolution 16 -o robot-parts
+  aogrid bake assets/box.obj -o mc.ao.ktx2 --sampling monte-carlo --rays 1024 --seed 7";
+
+/// The options that `bake` and `bench` share.
+#[derive(clap::Args)]
+pub struct SharedArgs {
+    /// Cells along the axes, 8 to 2048 each: one number, or three as in 32x24x32
+    #[arg(long, default_value = "32", value_parser = resolution, allow_hyphen_values = true)]
+    pub resolution: [u32; 3],
+    /// Texels along a cube face's side, 8 to 128 [default: 16]
+    #[arg(long, value_parser = face_size)]
+    pub face_size: Option<u32>,
+    /// Algorithm that tests the directions of faces: the direction sweep where it is possible and
+    /// faster, else ray casting; or always one of them. The grid is the same
+    #[arg(long, alias = "kernel", value_enum, default_value_t = AlgorithmArg::Auto)]
+    pub algorithm: AlgorithmArg,
+    /// Device to bake on: a GPU if there is one, else the CPU; or always one of them. Software
+    /// adapters count only if --adapter names them
+    #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
+    pub backend: BackendArg,
+    /// GPU to use, by a part of its name; see `aogrid adapters`
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+    /// Threads to bake with [default: as many as there are processors]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(crate) enum SamplingArg {
+    Faces,
+    #[value(alias = "rays")]
+    MonteCarlo,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub enum AlgorithmArg {
+    Auto,
+    Sweep,
+    Rays,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub enum BackendArg {
+    Auto,
+    Cpu,
+    Gpu,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum EncodingArg {
+    Cone,
+    Occlusion,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum FormatArg {
+    Unorm8,
+    F16,
+    F32,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum BoundaryArg {
+    Jgt,
+    Rr,
+    None,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum InteriorArg {
+    Signed,
+    #[value(alias = "fill")]
+    Enclosed,
+    Keep,
+}
+
+impl SharedArgs {
+    /// Returns the requested algorithm; `None` leaves the choice to the baker.
+    pub fn algorithm(&self) -> Option<Algorithm> {
+        match self.algorithm {
+            AlgorithmArg::Auto => None,
+            AlgorithmArg::Sweep => Some(Algorithm::DirectionSweep),
+            AlgorithmArg::Rays => Some(Algorithm::RayCasting),
+        }
+    }
+
+    /// Returns the requested device; an error if an option would have no effect.
+    pub fn backend(&self) -> Result<BackendRequest, clap::Error> {
+        match (self.backend, &self.adapter) {
+            (BackendArg::Cpu, Some(_)) => Err(clap::Error::raw(
+                clap::error::ErrorKind::ArgumentConflict,
+                "--adapter needs --backend gpu or auto\n",
+            )),
+            (BackendArg::Cpu, None) => Ok(BackendRequest::Cpu),
+            (BackendArg::Auto, None) => Ok(BackendRequest::Auto),
+            (BackendArg::Gpu, None) => Ok(BackendRequest::Gpu(AdapterSelector::Real)),
+            (BackendArg::Gpu, Some(name)) => {
+                Ok(BackendRequest::Gpu(AdapterSelector::Named(name.clone())))
+            }
+            (BackendArg::Auto, Some(name)) => Ok(BackendRequest::Named(name.clone())),
+        }
+    }
+}
+
+impl Args {
+    /// Returns the placement of the grid.
+    pub(crate) fn placement(&self) -> Placement {
+        Placement {
+            resolution: self.shared.resolution,
+            extent: match self.half_extents {
+                Some(given) => Extent::HalfExtents(given),
+                None => Extent::Epsilon(self.epsilon),
+            },
+        }
+    }
+
+    /// Returns the bake options; an error if an option would have no effect.
+    pub(crate) fn options(&self) -> Result<BakeOptions, clap::Error> {
+        let unused = match self.sampling {
+            SamplingArg::Faces => [
+                ("--rays", self.rays.is_some()),
+                ("--seed", self.seed.is_some()),
+            ],
+            SamplingArg::MonteCarlo => [
+                ("--face-size", self.shared.face_size.is_some()),
+                ("", false),
+            ],
+        };
+        if let Some((name, _)) = unused.iter().find(|(_, given)| *given) {
+            let other = match self.sampling {
+                SamplingArg::Faces => "monte-carlo",
+                SamplingArg::MonteCarlo => "faces",
+            };
+            let message = format!("{name} needs --sampling {other}\n");
+            return Err(clap::Error::raw(
+                clap::error::ErrorKind::ArgumentConflict,
+                message,
+            ));
+        }
+        Ok(BakeOptions {
+            sampling: match self.sampling {
+                SamplingArg::Faces => Sampling::CubeFaces {
+                    size: self.shared.face_size.unwrap_or(16),
+                },
+                SamplingArg::MonteCarlo => Sampling::MonteCarlo {
+                    count: self.rays.unwrap_or(256),
+                    seed: self.seed.unwrap_or(0),
+                },
+            },
+            max_distance: self.max_distance,
+            sample_offset: self.sample_offset.unwrap_or(BakeOptions::SAMPLE_OFFSET),
+            interior: match self.interior {
+                InteriorArg::Signed => Interior::Signed,
+                InteriorArg::Enclosed => Interior::Enclosed,
+                InteriorArg::Keep => Interior::Keep,
+            },
+            boundary: match self.boundary {
+                BoundaryArg::Jgt => BoundaryMode::Jgt,
+                BoundaryArg::Rr => BoundaryMode::Rr,
+                BoundaryArg::None => BoundaryMode::None,
+            },
+            encoding: match self.encoding {
+                EncodingArg::Cone => Encoding::Cone,
+                EncodingArg::Occlusion => Encoding::Occlusion,
+            },
+            format: match self.format {
+                FormatArg::Unorm8 => TexelFormat::Unorm8,
+                FormatArg::F16 => TexelFormat::F16,
+                FormatArg::F32 => TexelFormat::F32,
+            },
+        })
+    }
+}
+
+/// Parses cell counts: one number for all axes, or three.
+pub fn resolution(text: &str) -> Result<[u32; 3], String> {
+    let numbers: Vec<u32> = text
+        .split(['x', 'X', '×'])
+        .map(|n| {
+            n.trim()
+                .parse()
+                .map_err(|_| format!("`{n}` is not a number of cells"))
+        })
+        .collect::<Result<_, _>>()?;
+    let cells = match numbers[..] {
+        [n] => [n; 3],
+        [x, y, z] => [x, y, z],
+        _ => return Err("one number or three are needed, as in 32x24x32".into()),
+    };
+    match cells
+        .iter()
+        .find(|n| !(MIN_RESOLUTION..=MAX_RESOLUTION).contains(*n))
+    {
+        Some(n) => Err(format!("{n} is not in {MIN_RESOLUTION}..={MAX_RESOLUTION}")),
+        None => Ok(cells),
+    }
+}
+
+/// Parses three numbers with commas between.
+fn number_triple(text: &str) -> Result<[f32; 3], String> {
+    let numbers: Vec<f32> = text
+        .split(',')
+        .map(|n| {
+            n.trim()
+                .parse()
+                .map_err(|_| format!("`{n}` is not a number"))
+        })
+        .collect::<Result<_, _>>()?;
+    <[f32; 3]>::try_from(numbers).map_err(|_| "three numbers are needed, as in 1,2,3".into())
+}
+
+fn half_extents(text: &str) -> Result<[f32; 3], String> {
+    let numbers = number_triple(text)?;
+    match numbers.iter().all(|v| *v > 0.0 && v.is_finite()) {
+        true => Ok(numbers),
+        false => Err("each must be above zero and finite".into()),
+    }
+}
+
+fn sample_offset(text: &str) -> Result<[f32; 3], String> {
+    let numbers = number_triple(text)?;
+    match numbers.iter().all(|v| v.abs() <= 0.5) {
+        true => Ok(numbers),
+        false => Err("each must be within ±0.5 of a cell".into()),
+    }
+}
+
+fn positive(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(v) if v > 0.0 && f32::is_finite(v) => Ok(v),
+        _ => Err("it must be a number above zero".into()),
+    }
+}
+
+fn in_range(text: &str, range: std::ops::RangeInclusive<u32>) -> Result<u32, String> {
+    match text.parse() {
+        Ok(n) if range.contains(&n) => Ok(n),
+        _ => Err(format!("it must be a number in {range:?}")),
+    }
+}
+
+/// Parses the texels along a side of a cube face.
+pub fn face_size(text: &str) -> Result<u32, String> {
+    in_range(text, FACE_SIZES)
+}
+
+fn ray_count(text: &str) -> Result<u32, String> {
+    in_range(text, RAY_COUNTS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn resolutions_are_one_number_or_three() {
+        assert_eq!(resolution("24"), Ok([24; 3]));
+        assert_eq!(resolution("32x24x8"), Ok([32, 24, 8]));
+        for wrong in [
+            "",
+            "7",
+            "32x32",
+            "32x32x32x32",
+            "32,32,32",
+            "-8",
+            "4096",
+            "32x",
+        ] {
+            assert!(resolution(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn triples_are_checked() {
+        assert_eq!(half_extents("1, 2.5,3e1"), Ok([1.0, 2.5, 30.0]));
+        assert_eq!(sample_offset("-0.5,0,0.25"), Ok([-0.5, 0.0, 0.25]));
+        for wrong in ["1,2", "1,2,0", "1,2,-3", "1,2,inf", "1,2,NaN", "a,b,c"] {
+            assert!(half_extents(wrong).is_err(), "{wrong}");
+        }
+        assert!(sample_offset("0,0,0.6").is_err() && sample_offset("0,NaN,0").is_err());
+    }
+}

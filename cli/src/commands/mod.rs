@@ -1,0 +1,13 @@
+//! The commands, one file each.
+
+pub(crate) mod adapters;
+pub(crate) mod bake;
+pub(crate) mod completions;
+pub(crate) mod diff;
+pub(crate) mod export;
+pub(crate) mod info;
+pub(crate) mod man;
+pub(crate) mod model;
+pub(crate) mod render;
+pub(crate) mod slices;
+pub(crate) mod verify;

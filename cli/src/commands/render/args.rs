@@ -1,0 +1,170 @@
+//! The command line of `render`.
+
+use std::path::PathBuf;
+
+use anyhow::{bail, ensure};
+use aogrid_baker_gpu::AdapterSelector;
+use aogrid_scene::reference::ReferenceOptions;
+use clap::ValueEnum;
+
+/// Render a scene: a picture as PNG or EXR, or a list of receivers as CSV
+///
+/// The extension of OUT decides. PNG: 1 − AO as linear gray, or light in sRGB if the scene is lit;
+/// several modes side by side. EXR: float channels AO, AO.stderr and, in a lit scene, R, G, B;
+/// of several modes with the mode's name in front. CSV: the list's columns and those of every mode.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    /// The scene file (TOML); docs/scenes.md explains it
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// Shading mode; several with commas between
+    #[arg(long, value_enum, required = true, value_delimiter = ',')]
+    pub mode: Vec<Mode>,
+    /// The file to write: .png, .exr or .csv
+    #[arg(short, long, value_name = "OUT")]
+    pub out: PathBuf,
+    /// Also write the G-buffer as an EXR file: position, normal, object id
+    #[arg(long, value_name = "EXR")]
+    pub gbuffer: Option<PathBuf>,
+    /// Rays a receiver for mode truth [default: the scene's, else 8192]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
+    pub samples: Option<u32>,
+    /// Seed of the random numbers of mode truth [default: the scene's, else 0]
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Maximum distance of occluders in mode truth, in world units [default: the scene's, else
+    /// unlimited]
+    #[arg(long, value_name = "D", value_parser = positive, allow_hyphen_values = true)]
+    pub max_distance: Option<f64>,
+    /// Keep only the first N of the scene's occluders
+    #[arg(long, value_name = "N")]
+    pub occluders: Option<usize>,
+    /// Device that looks up the grids: the CPU, with the same result on every machine, or the
+    /// raster passes of a GPU, which make pictures only
+    #[arg(long, value_enum, default_value_t = BackendArg::Cpu)]
+    pub backend: BackendArg,
+    /// GPU to use, by a part of its name; see `aogrid adapters`
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+    /// Threads to work with [default: as many as there are processors]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+}
+
+/// The examples at the end of `render --help`.
+const EXAMPLES: &str = "\
+Examples:
+  aogrid render scenes/table.toml --mode truth,cone,merge -o table.png
+  aogrid render scenes/table.toml --mode cone -o table.exr --gbuffer gbuffer.exr
+  aogrid render scenes/box-on-floor.toml --mode truth,cone --samples 1024 -o box.csv";
+
+/// A shading mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Mode {
+    /// Ray tracing of the whole scene
+    Truth,
+    /// The occluders' grids without regard to normals, multiplied
+    Occlusion,
+    /// The occluders' grids as cones clipped by the receiver's plane, multiplied
+    Cone,
+    /// The same cones merged, one after the other in the scene's order
+    Merge,
+    /// Cones multiplied, and light from the environment except from their directions
+    Environment,
+    /// The same with the cones merged
+    EnvironmentMerge,
+}
+
+/// The device that looks up the grids.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum BackendArg {
+    Cpu,
+    Gpu,
+}
+
+/// The kind of output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum OutputKind {
+    Png,
+    Exr,
+    Csv,
+}
+
+impl Mode {
+    /// Returns the mode's name in channels and columns.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Truth => "truth",
+            Self::Occlusion => "occlusion",
+            Self::Cone => "cone",
+            Self::Merge => "merge",
+            Self::Environment => "environment",
+            Self::EnvironmentMerge => "environment-merge",
+        }
+    }
+}
+
+impl Args {
+    /// Returns the kind of output by its extension; an error if an option does not fit it.
+    pub(crate) fn kind(&self) -> anyhow::Result<OutputKind> {
+        let shown = self.out.display();
+        let ending = self.out.extension().unwrap_or_default();
+        let kind = [
+            ("png", OutputKind::Png),
+            ("exr", OutputKind::Exr),
+            ("csv", OutputKind::Csv),
+        ]
+        .into_iter()
+        .find(|(known, _)| ending.eq_ignore_ascii_case(known));
+        let Some((_, kind)) = kind else {
+            bail!("{shown}: a picture's name ends in .png or .exr, a list's in .csv");
+        };
+        if kind == OutputKind::Csv && self.gbuffer.is_some() {
+            bail!("{shown}: a list of receivers has no G-buffer; leave out --gbuffer");
+        }
+        if self.backend == BackendArg::Gpu {
+            ensure!(
+                kind != OutputKind::Csv,
+                "{shown}: a GPU shades pictures only: leave out --backend gpu for a list"
+            );
+            ensure!(
+                self.mode.iter().any(|&mode| mode != Mode::Truth),
+                "rays are traced on the CPU: leave out --backend gpu"
+            );
+        }
+        for (idx, mode) in self.mode.iter().enumerate() {
+            if self.mode[..idx].contains(mode) {
+                bail!("mode `{}` is named twice", mode.name());
+            }
+        }
+        Ok(kind)
+    }
+
+    /// Returns the requested GPU, if one is requested.
+    pub(crate) fn gpu(&self) -> Result<Option<AdapterSelector>, clap::Error> {
+        match (self.backend, &self.adapter) {
+            (BackendArg::Cpu, None) => Ok(None),
+            (BackendArg::Cpu, Some(_)) => Err(clap::Error::raw(
+                clap::error::ErrorKind::ArgumentConflict,
+                "--adapter needs --backend gpu\n",
+            )),
+            (BackendArg::Gpu, None) => Ok(Some(AdapterSelector::Real)),
+            (BackendArg::Gpu, Some(name)) => Ok(Some(AdapterSelector::Named(name.clone()))),
+        }
+    }
+
+    /// Overrides the scene's options with those of the command line.
+    pub(crate) fn apply_to(&self, options: &mut ReferenceOptions) {
+        options.samples = self.samples.unwrap_or(options.samples);
+        options.seed = self.seed.unwrap_or(options.seed);
+        options.max_distance = self.max_distance.or(options.max_distance);
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(v) if v > 0.0 && f64::is_finite(v) => Ok(v),
+        _ => Err("it must be a number above zero".into()),
+    }
+}

@@ -1,0 +1,115 @@
+//! The casting instances and their grids, for all modes that look up grids.
+
+use std::sync::Arc;
+
+use anyhow::{Context, ensure};
+use aogrid_grid_format::{Encoding, Grid};
+use aogrid_runtime::AogridOccluder;
+use glam::DMat4;
+
+use super::environment::EnvironmentLight;
+use super::{Job, Shaded};
+use aogrid_scene::Instance;
+
+/// The use of a grid's cone in shading.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum GridShading {
+    /// Uses the solid angle alone.
+    Occlusion,
+    /// Clips the cone by the receiver's tangent plane, and multiplies.
+    Cone,
+    /// Clips the cone, and merges it with those before it.
+    Merge,
+}
+
+/// A casting instance with its grid, ready for look-ups.
+pub(super) struct Caster<'a> {
+    pub instance: &'a Instance,
+    pub grid: Arc<Grid>,
+    /// The occluder in the form that the runtime's CPU twin reads.
+    pub occluder: AogridOccluder,
+}
+
+impl Caster<'_> {
+    /// Whether the instance shades a receiver with this id and these layers.
+    pub(super) fn casts_on(&self, id: u32, layers: u32) -> bool {
+        self.instance.casts_on & layers != 0 && !self.instance.excludes.contains(&id)
+    }
+}
+
+/// Returns all casters in the scene's order; bakes or reads their grids.
+pub(super) fn casters<'a>(job: &Job<'a>, shading: GridShading) -> anyhow::Result<Vec<Caster<'a>>> {
+    let scene = job.scene;
+    let bar = job.console.progress("grids");
+    let mut grids = job.grids.borrow_mut();
+    let resolved = grids.resolve(scene, &|progress| bar.observe(progress))?;
+    drop(bar);
+    for warning in grids.take_warnings() {
+        job.console
+            .warning(&format!("{}: {warning}", scene.path.display()));
+    }
+    let caster = |instance: &'a Instance| {
+        let grid = resolved[instance.mesh]
+            .clone()
+            .context("no grid was made")?;
+        ensure!(
+            shading == GridShading::Occlusion || grid.encoding() == Encoding::Cone,
+            "its grid has no cones: bake it with --encoding cone, or use --mode occlusion"
+        );
+        let occluder =
+            AogridOccluder::new(grid.spec(), grid.format(), &runtime_instance(instance))?;
+        Ok(Caster {
+            instance,
+            grid,
+            occluder,
+        })
+    };
+    let named = |instance| caster(instance).with_context(|| describe(job, instance));
+    scene.casters().map(named).collect()
+}
+
+/// Returns an instance's scene and name for messages.
+pub(super) fn describe(job: &Job<'_>, instance: &Instance) -> String {
+    format!("{}: `{}`", job.scene.path.display(), instance.name)
+}
+
+/// Returns a function from a receiver's id to its layers; all layers if the id is unknown.
+pub(super) fn receiver_layers<'a>(job: &Job<'a>) -> impl Fn(u32) -> u32 + use<'a> {
+    let instances = &job.scene.instances;
+    move |id| {
+        let instance = instances.iter().find(|instance| instance.id == id);
+        instance.map_or(u32::MAX, |instance| instance.layers)
+    }
+}
+
+/// Converts an instance to the runtime's type, without the excluded receivers, of which a scene may
+/// name more than fit into a uniform.
+pub(super) fn runtime_instance(instance: &Instance) -> aogrid_runtime::Instance {
+    let world_from_object = DMat4::from(instance.world_from_object).as_mat4();
+    aogrid_runtime::Instance {
+        strength: instance.strength,
+        layers: instance.casts_on,
+        object_id: instance.id,
+        ..aogrid_runtime::Instance::at(world_from_object.to_cols_array_2d())
+    }
+}
+
+/// Returns a mode's result from its AO alone: the light is that of the scene without occluders
+/// times 1 − AO. A scene with an area light, which casts shadows of its own, gets no light.
+pub(super) fn with_light(job: &Job<'_>, occlusion: Vec<f32>) -> anyhow::Result<Shaded> {
+    let scene = job.scene;
+    let light = match scene.is_lit() && scene.area_light.is_none() {
+        true => {
+            let unoccluded = EnvironmentLight::new(job)?.unoccluded();
+            let pairs = unoccluded.iter().zip(&occlusion);
+            Some(pairs.map(|(c, ao)| c.map(|v| v * (1.0 - ao))).collect())
+        }
+        false => None,
+    };
+    Ok(Shaded {
+        occlusion,
+        occlusion_error: None,
+        light,
+        light_error: None,
+    })
+}

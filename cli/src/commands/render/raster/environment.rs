@@ -1,0 +1,204 @@
+//! Modes `environment` and `environment-merge` on a GPU: the runtime's environment pass after its
+//! occlusion or merge pass, once for diffuse surfaces and once for each gloss, selected by a
+//! stencil.
+
+use anyhow::Context as _;
+use aogrid_baker_gpu::Context;
+use aogrid_runtime::{
+    EnvironmentFrame, EnvironmentPass, EnvironmentPassDescriptor, EnvironmentTexture, Normals,
+    Output, Positions, Reflection, wgpu,
+};
+use wgpu::{TextureFormat, TextureUsages};
+
+use super::super::casters::GridShading;
+use super::super::environment::{EnvironmentLight, check};
+use super::super::{Job, Shaded, glossy};
+use super::textures::{cleared_attachment, create_texture, read_back, upload};
+use super::{Picture, catch_out_of_memory};
+use aogrid_scene::{Camera, Projection};
+
+const LIGHT: TextureFormat = TextureFormat::Rgba32Float;
+
+const STENCIL: TextureFormat = TextureFormat::Stencil8;
+
+/// Stencil values of pixels; the glossy materials count up from [`FIRST_GLOSSY`].
+const NO_SURFACE: u8 = 0;
+const DIFFUSE: u8 = 1;
+const FIRST_GLOSSY: u8 = 2;
+
+/// The kinds of reflection among the picture's surfaces.
+struct Materials {
+    /// Stencil value of each pixel.
+    stencil: Vec<u8>,
+    /// Half-angles of lobes in radians; surfaces of the first one are marked with `FIRST_GLOSSY`.
+    lobes: Vec<f64>,
+}
+
+pub(in super::super) fn shade(
+    job: &Job<'_>,
+    gpu: &Context,
+    shading: GridShading,
+) -> anyhow::Result<Shaded> {
+    check(job)?;
+    catch_out_of_memory(gpu, || {
+        let environment_light = EnvironmentLight::new(job)?;
+        let picture = Picture::new(job, gpu, shading)?;
+        let (encoder, occlusion) = match shading {
+            GridShading::Merge => picture.merge()?,
+            GridShading::Occlusion | GridShading::Cone => {
+                picture.multiply(shading, Output::TransmittanceAndAxis)?
+            }
+        };
+        let accumulated = read_back(gpu, encoder, &occlusion)?;
+        let light = picture.light(&environment_light, &occlusion)?;
+        let pixels = || picture.pixels.iter();
+        Ok(Shaded {
+            occlusion: pixels().map(|&pixel| 1.0 - accumulated[pixel][3]).collect(),
+            occlusion_error: None,
+            light: Some(pixels().map(|&pixel| rgb(light[pixel])).collect()),
+            light_error: None,
+        })
+    })
+}
+
+fn rgb([r, g, b, _]: [f32; 4]) -> [f32; 3] {
+    [r, g, b]
+}
+
+impl Materials {
+    fn new(picture: &Picture<'_>) -> anyhow::Result<Self> {
+        let [width, height] = picture.size.map(|n| n as usize);
+        let mut stencil = vec![NO_SURFACE; width * height];
+        for &pixel in picture.pixels {
+            stencil[pixel] = DIFFUSE;
+        }
+        let mut lobes = vec![];
+        for (idx, lobe) in glossy::lobes(picture.job)? {
+            let known = lobes.iter().position(|known| *known == lobe.half_angle);
+            let kind = known.unwrap_or(lobes.len());
+            if known.is_none() {
+                lobes.push(lobe.half_angle);
+            }
+            stencil[picture.pixels[idx]] = u8::try_from(kind + usize::from(FIRST_GLOSSY))
+                .ok()
+                .with_context(|| {
+                    format!(
+                        "{}: materials differ in `gloss` in more ways than a stencil can tell \
+                         apart: use --backend cpu",
+                        picture.job.scene.path.display()
+                    )
+                })?;
+        }
+        Ok(Self { stencil, lobes })
+    }
+}
+
+impl Picture<'_> {
+    /// Returns the radiance that each pixel reflects if it is white.
+    fn light(
+        &self,
+        environment_light: &EnvironmentLight<'_>,
+        occlusion: &wgpu::Texture,
+    ) -> anyhow::Result<Vec<[f32; 4]>> {
+        let Materials { stencil, lobes } = Materials::new(self)?;
+        let (device, queue) = (self.gpu.device(), self.gpu.queue());
+        let camera = self.job.scene.camera.as_ref();
+        let frame = EnvironmentFrame {
+            clip_from_world: self.clip_from_world()?,
+            eye: eye(camera.context("a picture needs a camera")?),
+            lobe_half_angle: 0.0,
+            environment: environment_light.environment,
+            map: &EnvironmentTexture::new(device, queue, &environment_light.map, "environment"),
+            occlusion: &occlusion.create_view(&Default::default()),
+            normals: &self.views.normals,
+            positions: Some(&self.views.positions),
+        };
+        let mut passes = vec![self.reflection_pass(Reflection::Lambertian, &frame)?];
+        for half_angle in lobes {
+            let frame = EnvironmentFrame {
+                lobe_half_angle: half_angle as f32,
+                ..frame
+            };
+            passes.push(self.reflection_pass(Reflection::Glossy, &frame)?);
+        }
+        self.draw(&stencil, &passes)
+    }
+
+    fn reflection_pass(
+        &self,
+        reflection: Reflection,
+        frame: &EnvironmentFrame<'_>,
+    ) -> anyhow::Result<EnvironmentPass> {
+        let (device, queue) = (self.gpu.device(), self.gpu.queue());
+        let descriptor = EnvironmentPassDescriptor {
+            label: format!("{reflection:?}"),
+            reflection,
+            target: LIGHT,
+            blend: None,
+            depth_stencil: Some(stencil_equals_reference()),
+            positions: Positions::World,
+            normals: Normals::Signed,
+        };
+        let mut pass = EnvironmentPass::new(device, descriptor)?;
+        pass.prepare(device, queue, frame)?;
+        Ok(pass)
+    }
+
+    /// Draws each pass where the stencil equals `DIFFUSE` plus the pass's index.
+    fn draw(&self, stencil: &[u8], passes: &[EnvironmentPass]) -> anyhow::Result<Vec<[f32; 4]>> {
+        let gpu = self.gpu;
+        let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_DST;
+        let marks = create_texture(gpu, "materials", self.size, STENCIL, usage);
+        upload(gpu, &marks, stencil);
+        let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC;
+        let light = create_texture(gpu, "light", self.size, LIGHT, usage);
+        let [marks, target] = [&marks, &light].map(|t| t.create_view(&Default::default()));
+        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        let mut render_pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("light"),
+            color_attachments: &[Some(cleared_attachment(&target, wgpu::Color::BLACK))],
+            // The stencil is only read.
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &marks,
+                depth_ops: None,
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+        for (mark, pass) in (u32::from(DIFFUSE)..).zip(passes) {
+            render_pass.set_stencil_reference(mark);
+            pass.draw(&mut render_pass);
+        }
+        drop(render_pass);
+        read_back(gpu, encoder, &light)
+    }
+}
+
+/// Returns a state that draws where the stencil equals the reference and leaves it unchanged.
+fn stencil_equals_reference() -> wgpu::DepthStencilState {
+    let face = wgpu::StencilFaceState {
+        compare: wgpu::CompareFunction::Equal,
+        ..wgpu::StencilFaceState::IGNORE
+    };
+    wgpu::DepthStencilState {
+        format: STENCIL,
+        depth_write_enabled: None,
+        depth_compare: None,
+        stencil: wgpu::StencilState {
+            front: face,
+            back: face,
+            read_mask: u32::from(u8::MAX),
+            write_mask: 0,
+        },
+        bias: Default::default(),
+    }
+}
+
+/// Returns the viewer in homogeneous coordinates: a position and 1, or a direction and 0.
+fn eye(camera: &Camera) -> [f32; 4] {
+    let eye = match camera.projection {
+        Projection::Perspective { .. } => camera.position.extend(1.0),
+        Projection::Orthographic { .. } => (-camera.forward).extend(0.0),
+    };
+    eye.as_vec4().to_array()
+}

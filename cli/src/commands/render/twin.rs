@@ -1,0 +1,130 @@
+//! Modes `occlusion`, `cone` and `merge` on the CPU: look-ups of the scene's grids by the runtime's
+//! CPU twin, multiplied or merged (RR-5779, sections 4, 5.1 and 5.2.2).
+
+use std::collections::HashMap;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use anyhow::bail;
+use aogrid_bake_core::Progress;
+use aogrid_grid_format::Encoding;
+use aogrid_runtime::CpuTexture;
+use aogrid_runtime::shading::{
+    aogrid_cone, aogrid_merge_cone, aogrid_occlusion, aogrid_occlusion_of_cone,
+};
+use aogrid_scene::reference::Receiver;
+use rayon::prelude::*;
+
+use super::casters::{self, Caster, GridShading, casters, receiver_layers};
+use super::{Job, Shaded};
+
+/// Number of receivers between two checks for an interrupt.
+const CHUNK: usize = 4096;
+
+/// A caster and its grid's texture.
+struct Textured<'a> {
+    caster: &'a Caster<'a>,
+    texture: Arc<CpuTexture>,
+}
+
+/// The tables for clipping and merging cones.
+struct Tables {
+    transmittance: CpuTexture,
+    clip: CpuTexture,
+    overlaps: CpuTexture,
+}
+
+pub(super) fn shade(job: &Job<'_>, shading: GridShading) -> anyhow::Result<Shaded> {
+    let casters = casters(job, shading)?;
+    let mut textures = HashMap::new();
+    let textured = casters.iter().map(|caster| Textured {
+        caster,
+        texture: textures
+            .entry(Arc::as_ptr(&caster.grid))
+            .or_insert_with(|| Arc::new(CpuTexture::of_grid(&caster.grid)))
+            .clone(),
+    });
+    let casters: Vec<_> = textured.collect();
+    let occlusion = occlusions(job, &casters, shading)?;
+    casters::with_light(job, occlusion)
+}
+
+/// Returns the AO of all casters for each receiver.
+fn occlusions(
+    job: &Job<'_>,
+    casters: &[Textured<'_>],
+    shading: GridShading,
+) -> anyhow::Result<Vec<f32>> {
+    let tables = Tables {
+        transmittance: CpuTexture::transmittance_table(),
+        clip: CpuTexture::clip_table(),
+        overlaps: CpuTexture::intersection_table(),
+    };
+    let target = job.target;
+    let layers = receiver_layers(job);
+    let bar = job.console.progress("look-ups");
+    let total = target.receivers.len();
+    let done = AtomicUsize::new(0);
+    let chunks = target
+        .receivers
+        .par_chunks(CHUNK)
+        .zip(target.ids.par_chunks(CHUNK));
+    let shade = |(receivers, ids): (&[Receiver], &[u32])| {
+        let done = done.fetch_add(receivers.len(), Ordering::Relaxed) + receivers.len();
+        if let ControlFlow::Break(()) = bar.observe(Progress { done, total }) {
+            bail!("interrupted");
+        }
+        let pairs = receivers.iter().zip(ids);
+        let shade_one = |(receiver, &id): (&Receiver, &u32)| {
+            let casting = casters.iter().filter(|c| c.caster.casts_on(id, layers(id)));
+            if shading == GridShading::Merge {
+                let unoccluded = [0.0, 0.0, 0.0, 1.0];
+                let [.., t] =
+                    casting.fold(unoccluded, |before, c| c.merge(before, receiver, &tables));
+                return 1.0 - t;
+            }
+            let product: f32 = casting
+                .map(|caster| caster.transmittance(receiver, id, shading, &tables))
+                .product();
+            1.0 - product
+        };
+        Ok(pairs.map(shade_one).collect::<Vec<f32>>())
+    };
+    let shaded: anyhow::Result<Vec<Vec<f32>>> = chunks.map(shade).collect();
+    Ok(shaded?.concat())
+}
+
+impl Textured<'_> {
+    /// Returns the accumulated occlusion `before` merged with this caster.
+    fn merge(&self, before: [f32; 4], receiver: &Receiver, tables: &Tables) -> [f32; 4] {
+        let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
+        let Tables { clip, overlaps, .. } = tables;
+        let occluder = &self.caster.occluder;
+        aogrid_merge_cone(before, occluder, &self.texture, clip, overlaps, p, n)
+    }
+
+    /// Returns the share of light that this caster leaves to a receiver.
+    fn transmittance(
+        &self,
+        receiver: &Receiver,
+        id: u32,
+        shading: GridShading,
+        tables: &Tables,
+    ) -> f32 {
+        let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
+        let on_itself = id == self.caster.instance.id;
+        let Caster { occluder, grid, .. } = self.caster;
+        match (shading, grid.encoding()) {
+            (GridShading::Cone | GridShading::Merge, _) => {
+                aogrid_cone(occluder, &self.texture, &tables.transmittance, p, n)
+            }
+            (GridShading::Occlusion, Encoding::Occlusion) => {
+                aogrid_occlusion(occluder, &self.texture, p, on_itself)
+            }
+            (GridShading::Occlusion, Encoding::Cone) => {
+                aogrid_occlusion_of_cone(occluder, &self.texture, p, on_itself)
+            }
+        }
+    }
+}

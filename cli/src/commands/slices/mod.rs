@@ -1,0 +1,110 @@
+//! `slices`: a picture of a grid's slices for visual inspection.
+
+mod inside;
+mod outline;
+mod sheet;
+
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use aogrid_bake_core::TriangleMesh;
+use aogrid_bake_core::mesh::{self, LoadedMesh};
+use aogrid_bake_core::post::Classification;
+use aogrid_grid_format::Grid;
+use image::ImageFormat;
+
+use super::info::read_grid;
+use crate::console::Console;
+use crate::output;
+
+/// Draw a grid's slices across z as one PNG: occlusion, directions as colors, the model's outline,
+/// and the cells inside it
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    /// A grid file (*.ao.ktx2)
+    file: PathBuf,
+    /// The PNG to write
+    #[arg(short, long, value_name = "PNG")]
+    out: PathBuf,
+    /// Model whose outline and interior to draw [default: the one the grid was baked from, if it
+    /// lies beside the grid]
+    #[arg(long, value_name = "MODEL")]
+    mesh: Option<PathBuf>,
+}
+
+/// The examples at the end of `slices --help`.
+const EXAMPLES: &str = "\
+Examples:
+  aogrid slices table.ao.ktx2 -o table.png
+  aogrid slices table.ao.ktx2 --mesh assets/table.obj -o table.png";
+
+pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
+    let grid = read_grid(&args.file)?;
+    output::check(&args.out)?;
+    output::check_not_input(&args.out, &args.file)?;
+    if let Some(mesh) = &args.mesh {
+        output::check_not_input(&args.out, mesh)?;
+    }
+    let model = match find_mesh(args, &grid, console)? {
+        Some(mesh) => {
+            let cells = inside::classify(&grid, &mesh, console)
+                .with_context(|| args.file.display().to_string())?;
+            Some(BakedModel { mesh, cells })
+        }
+        None => None,
+    };
+    let name = args.file.file_name().unwrap_or_default();
+    let sheet = sheet::draw(&grid, model.as_ref(), &name.to_string_lossy());
+    let (width, height) = (sheet.width(), sheet.height());
+    let mut png = Cursor::new(Vec::new());
+    sheet
+        .write_to(&mut png, ImageFormat::Png)
+        .context("cannot encode the picture")?;
+    output::write(&args.out, png.get_ref())?;
+    console.note(&format!("wrote {} ({width}×{height})", args.out.display()));
+    Ok(())
+}
+
+/// The model that a grid was baked from, and the class of each cell.
+struct BakedModel {
+    mesh: TriangleMesh,
+    cells: Classification,
+}
+
+/// Returns the mesh that the grid was baked from, or the one that the user named; `None` with a
+/// note if there is neither.
+fn find_mesh(args: &Args, grid: &Grid, console: &Console) -> anyhow::Result<Option<TriangleMesh>> {
+    let source = &grid.record().source;
+    let beside = args.file.with_file_name(&source.name);
+    let path: &Path = match &args.mesh {
+        Some(path) => path,
+        None => &beside,
+    };
+    if args.mesh.is_none() {
+        let same = LoadedMesh::identify(path).is_ok_and(|(_, blake3)| blake3 == source.blake3);
+        if !same {
+            let name = &source.name;
+            console.note(&format!(
+                "no outline and no interior: {name} is not beside the grid, or has changed since the \
+                 bake; name the model with --mesh"
+            ));
+            return Ok(None);
+        }
+    }
+    let loaded = mesh::load(path).with_context(|| path.display().to_string())?;
+    if loaded.blake3 != source.blake3 {
+        let shown = path.display();
+        console.warning(&format!(
+            "{shown} is not the model that the grid was baked from"
+        ));
+    }
+    let Some(part) = &source.part else {
+        return Ok(Some(loaded.mesh));
+    };
+    match loaded.mesh.parts().iter().position(|p| p.name == *part) {
+        Some(idx) => Ok(Some(loaded.mesh.part(idx)?)),
+        None => bail!("{}: it has no part `{part}`", path.display()),
+    }
+}

@@ -1,0 +1,88 @@
+//! `verify`: checks that grid files are intact and agree with their metadata.
+
+use std::path::PathBuf;
+
+use aogrid_grid_format::{BoundaryMode, Encoding, Grid};
+
+use super::info::read_grid;
+use crate::console::Console;
+
+/// Check that grid files are intact and agree with their own metadata
+///
+/// Beyond what every reader checks (layout, ranges): mean and largest occlusion are as
+/// recorded, a treated boundary is zero, axes have length one or zero.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    /// Grid files (*.ao.ktx2)
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+}
+
+/// The examples at the end of `verify --help`.
+const EXAMPLES: &str = "\
+Examples:
+  aogrid verify table.ao.ktx2
+  aogrid verify box.ao.ktx2 robot.ao.ktx2";
+
+pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
+    let mut last = None;
+    for path in &args.files {
+        let failure = match read_grid(path) {
+            Ok(grid) => violation(&grid).map(|text| anyhow::anyhow!("{}: {text}", path.display())),
+            Err(error) => Some(error),
+        };
+        match failure {
+            // Each broken file gets a line; the last one becomes the command's own error.
+            Some(error) => {
+                if let Some(earlier) = last.replace(error) {
+                    console.error(&earlier);
+                }
+            }
+            None => console.result(&format!("{}: ok", path.display())),
+        }
+    }
+    last.map_or(Ok(()), Err)
+}
+
+/// Returns the first violated condition of a grid that was read without an error.
+fn violation(grid: &Grid) -> Option<String> {
+    let (recorded, measured) = (grid.statistics(), grid.measure());
+    if recorded != measured {
+        return Some(format!(
+            "its texels were changed after the bake: mean and largest occlusion are {} and {}, but \
+             {} and {} are recorded",
+            measured.mean, measured.largest, recorded.mean, recorded.largest
+        ));
+    }
+    let (spec, cells) = (grid.spec(), 0..grid.spec().cell_count());
+    let treated = grid.record().boundary.applied != BoundaryMode::None;
+    let mut outer = cells
+        .clone()
+        .filter(|&idx| spec.is_outer(spec.cell_at(idx)));
+    if treated && let Some(idx) = outer.find(|&idx| grid.cone(idx)[3] != 0.0) {
+        let cell = spec.cell_at(idx);
+        return Some(format!(
+            "occlusion at its boundary cell {cell:?} is not zero"
+        ));
+    }
+    if grid.encoding() == Encoding::Cone
+        && let Some(idx) = cells.into_iter().find(|&idx| !has_valid_axis(grid, idx))
+    {
+        let cell = spec.cell_at(idx);
+        return Some(format!(
+            "the axis of cell {cell:?} has neither length 1 nor 0"
+        ));
+    }
+    None
+}
+
+/// Whether the axis of a cell has length 1 or 0, within the format's error.
+fn has_valid_axis(grid: &Grid, idx: usize) -> bool {
+    let [x, y, z, _] = grid.cone(idx);
+    let length = (x * x + y * y + z * z).sqrt();
+    // Errors of the three components, each up to the format's error, change the length by up to √3
+    // times that; single floats round by a few units in the last place.
+    let tolerance = 3.0_f32.sqrt() * grid.format().max_error()[1] + 4.0 * f32::EPSILON;
+    length == 0.0 || (length - 1.0).abs() <= tolerance
+}

@@ -1,0 +1,216 @@
+//! Scenes: instances of meshes, occluders and receivers, camera and lights. `docs/scenes.md`
+//! documents the files.
+//!
+//! [`load`] reads a file and the geometry that it names; grids ([`Grids`]) and the environment's
+//! map ([`EnvironmentSource::load`]) are read or made when a mode needs them.
+
+mod build;
+mod camera;
+mod diagnostics;
+mod environment;
+mod error;
+mod gbuffer;
+mod grids;
+mod receivers;
+pub mod reference;
+mod schema;
+mod values;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::error::{Context, ensure};
+use crate::reference::{AreaLight, ReferenceOptions};
+use aogrid_bake_core::mesh::Part;
+use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh};
+use aogrid_grid_format::Source;
+use glam::{DAffine3, DVec3};
+
+pub use camera::{Camera, Projection};
+pub use environment::EnvironmentSource;
+pub use error::{Result, SceneError};
+pub use gbuffer::GBuffer;
+pub use gbuffer::{channel, exr};
+pub use grids::{Grids, read_grid};
+pub use receivers::ReceiverList;
+
+/// A complete scene in world space: every index is valid, every number finite.
+pub struct Scene {
+    /// The scene file.
+    pub path: PathBuf,
+    /// The world's up direction.
+    pub up: DVec3,
+    /// The camera of the picture, if there is one.
+    pub camera: Option<Camera>,
+    /// The points to shade for a table instead of a picture.
+    pub receivers: Option<ReceiverList>,
+    /// The instances in the file's order: at most 65,535, with distinct ids.
+    pub instances: Vec<Instance>,
+    /// The meshes of the instances.
+    pub meshes: Vec<SceneMesh>,
+    /// The materials; the first one is white, for instances that name none.
+    pub materials: Vec<Material>,
+    /// The ambient light, which occlusion reduces, as radiance.
+    pub ambient: [f32; 3],
+    /// The source of direct light.
+    pub area_light: Option<AreaLight>,
+    /// The environment around the scene.
+    pub environment: Option<EnvironmentSource>,
+    /// The options of path-traced truth; the command line may override them.
+    pub truth: ReferenceOptions,
+    /// The factor for radiance in pictures.
+    pub exposure: f32,
+    /// Whether pictures show light; otherwise they show 1 − AO.
+    pub shows_light: bool,
+}
+
+/// A mesh in object space and the grid around it.
+pub struct SceneMesh {
+    /// The name in the scene; `mesh/part` for a part.
+    pub name: String,
+    /// The triangles.
+    pub mesh: TriangleMesh,
+    /// The origin of the triangles, as a grid's metadata records it.
+    pub source: Source,
+    /// The origin of the mesh's grid.
+    pub grid: GridSource,
+}
+
+/// The origin of a grid.
+#[derive(Clone, Debug, PartialEq)]
+pub enum GridSource {
+    /// The grid is read from this file.
+    File(PathBuf),
+    /// The grid is baked.
+    Bake(Placement, BakeOptions),
+}
+
+/// An object in the scene.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// The name in messages.
+    pub name: String,
+    /// The id in G-buffers: 1 to 65,535.
+    pub id: u32,
+    /// Index into [`Scene::meshes`].
+    pub mesh: usize,
+    /// The transform from object space to world space.
+    pub world_from_object: DAffine3,
+    /// Whether the scale is the same along all axes up to signs; otherwise a cone's direction and
+    /// solid angle are only approximate.
+    pub is_similarity: bool,
+    /// Whether it occludes.
+    pub casts: bool,
+    /// The factor for the grid's occlusion. Truth ignores it.
+    pub strength: f32,
+    /// The layers that the instance belongs to as a receiver, a bit each.
+    pub layers: u32,
+    /// The layers that the instance casts on as an occluder, a bit each. Truth ignores layers.
+    pub casts_on: u32,
+    /// The ids of receivers that the instance does not cast on, perhaps its own. Truth ignores
+    /// them.
+    pub excludes: Vec<u32>,
+    /// Index into [`Scene::materials`].
+    pub material: usize,
+}
+
+/// The reflectance of a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// The name in the scene.
+    pub name: String,
+    /// The reflected share of light: linear red, green, blue.
+    pub albedo: [f32; 3],
+    /// The half-angle, in radians up to π/2, of the cone around the mirrored direction that a
+    /// glossy surface reflects; `None` for a diffuse surface.
+    pub gloss: Option<f64>,
+}
+
+/// Options of [`load`].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LoadOptions {
+    /// The number of occluders to keep, in the file's order; all if `None`.
+    pub occluders: Option<usize>,
+}
+
+/// The maximum size of a scene file in bytes.
+const MAX_FILE_BYTES: u64 = 16 << 20;
+
+/// Reads the scene in the file at `path`, and its meshes and receivers.
+///
+/// # Errors
+///
+/// One line that names the file, and for errors in the scene file the line and key.
+pub fn load(path: &Path, options: LoadOptions) -> Result<Scene> {
+    let shown = || path.display().to_string();
+    let metadata = fs::metadata(path).with_context(shown)?;
+    ensure!(metadata.is_file(), "{}: it is not a regular file", shown());
+    let bytes = metadata.len();
+    ensure!(
+        bytes <= MAX_FILE_BYTES,
+        "{}: {bytes} bytes are too many for a scene file: keep meshes in files of their own",
+        shown()
+    );
+    let text = fs::read_to_string(path).with_context(shown)?;
+    parse(path, &text, options)
+}
+
+/// Parses `text` as the scene file at `path`, which need not exist; files that the scene names are
+/// relative to it.
+///
+/// # Errors
+///
+/// The same as those of [`load`].
+pub fn parse(path: &Path, text: &str, options: LoadOptions) -> Result<Scene> {
+    let source = diagnostics::SceneText::new(path, text);
+    build::Builder::new(&source).build(source.parse()?, options)
+}
+
+impl Scene {
+    /// Returns the instances that cast, in the file's order; an occluder's index is its position in
+    /// this sequence.
+    pub fn casters(&self) -> impl Iterator<Item = &Instance> {
+        self.instances.iter().filter(|instance| instance.casts)
+    }
+
+    /// Whether anything lights the scene.
+    pub fn is_lit(&self) -> bool {
+        self.ambient != [0.0; 3] || self.area_light.is_some() || self.environment.is_some()
+    }
+
+    /// Returns the chosen instances as one mesh in world space with a part for each; `None` without
+    /// triangles. Coordinates are rounded to single floats.
+    ///
+    /// # Errors
+    ///
+    /// Coordinates exceed single floats, or vertices exceed 32-bit indices.
+    pub fn flattened(&self, chosen: impl Fn(&Instance) -> bool) -> Result<Option<TriangleMesh>> {
+        let (mut positions, mut triangles, mut parts) = (vec![], vec![], vec![]);
+        for instance in self.instances.iter().filter(|i| chosen(i)) {
+            let mesh = &self.meshes[instance.mesh].mesh;
+            let first = u32::try_from(positions.len() + mesh.positions().len())
+                .map(|_| positions.len() as u32);
+            let first = first.with_context(|| {
+                format!("{}: more vertices than can be counted", self.path.display())
+            })?;
+            let placed = mesh.positions().iter().map(|p| {
+                let local = DVec3::from_array(p.map(f64::from));
+                let world = instance.world_from_object.transform_point3(local);
+                world.to_array().map(|v| v as f32)
+            });
+            positions.extend(placed);
+            let start = triangles.len();
+            triangles.extend(mesh.triangles().iter().map(|t| t.map(|v| v + first)));
+            parts.push(Part {
+                name: instance.name.clone(),
+                triangles: start..triangles.len(),
+            });
+        }
+        if triangles.is_empty() {
+            return Ok(None);
+        }
+        let mesh = TriangleMesh::new(positions, triangles, parts)
+            .with_context(|| format!("{}: the scene in world space", self.path.display()))?;
+        Ok(Some(mesh))
+    }
+}
