@@ -37,28 +37,85 @@ pub enum LoadError {
     Obj(#[from] ObjError),
 }
 
+/// A mesh file in memory: read and hashed once, and not parsed yet.
+#[derive(Clone, Debug)]
+pub struct MeshFile {
+    name: String,
+    bytes: Vec<u8>,
+    blake3: String,
+}
+
 /// Loads the mesh file at `path`; its extension tells the format.
 ///
 /// # Errors
 ///
 /// The file cannot be read, has an unsupported extension, or is malformed.
 pub fn load(path: &Path) -> Result<LoadedMesh, LoadError> {
-    let bytes = read_file(path)?;
-    Ok(LoadedMesh {
-        mesh: read_obj(&bytes)?,
-        name: name(path),
-        blake3: hash(&bytes),
-    })
+    MeshFile::read(path)?.parse()
 }
 
-impl LoadedMesh {
-    /// Returns the name and the hash that [`load`] would give, without parsing the mesh.
+impl MeshFile {
+    /// Reads the file at `path`.
     ///
     /// # Errors
     ///
     /// The file cannot be read or has an unsupported extension.
-    pub fn identify(path: &Path) -> Result<(String, String), LoadError> {
-        Ok((name(path), hash(&read_file(path)?)))
+    pub fn read(path: &Path) -> Result<Self, LoadError> {
+        // Reading a device or a pipe might never end.
+        if !std::fs::metadata(path)?.is_file() {
+            return Err(LoadError::NotAFile);
+        }
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        check_extension(&name)?;
+        Self::from_bytes(&name, std::fs::read(path)?)
+    }
+
+    /// Takes `bytes` as the content of a file called `name`, whose extension tells the format.
+    ///
+    /// # Errors
+    ///
+    /// The extension is not supported.
+    pub fn from_bytes(name: &str, bytes: Vec<u8>) -> Result<Self, LoadError> {
+        check_extension(name)?;
+        Ok(Self {
+            name: name.to_owned(),
+            blake3: blake3::hash(&bytes).to_hex().to_string(),
+            bytes,
+        })
+    }
+
+    /// The file's name, without folders.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The BLAKE3 hash of the bytes, in hexadecimal.
+    pub fn blake3(&self) -> &str {
+        &self.blake3
+    }
+
+    /// Parses the mesh.
+    ///
+    /// # Errors
+    ///
+    /// The file is malformed.
+    pub fn parse(&self) -> Result<LoadedMesh, LoadError> {
+        Ok(LoadedMesh {
+            mesh: read_obj(&self.bytes)?,
+            name: self.name.clone(),
+            blake3: self.blake3.clone(),
+        })
+    }
+}
+
+impl LoadedMesh {
+    /// Loads a mesh from the bytes of a file called `name`, in programs without a file system.
+    ///
+    /// # Errors
+    ///
+    /// The extension is not supported, or the file is malformed.
+    pub fn from_bytes(name: &str, bytes: Vec<u8>) -> Result<Self, LoadError> {
+        MeshFile::from_bytes(name, bytes)?.parse()
     }
 }
 
@@ -74,23 +131,38 @@ impl From<&LoadedMesh> for Source {
     }
 }
 
-fn read_file(path: &Path) -> Result<Vec<u8>, LoadError> {
-    // Reading a device or a pipe might never end.
-    if !std::fs::metadata(path)?.is_file() {
-        return Err(LoadError::NotAFile);
+fn check_extension(name: &str) -> Result<(), LoadError> {
+    let extension = Path::new(name).extension().unwrap_or_default();
+    match extension.eq_ignore_ascii_case("obj") {
+        true => Ok(()),
+        false => Err(LoadError::UnknownFormat),
     }
-    let extension = path.extension().unwrap_or_default();
-    if !extension.eq_ignore_ascii_case("obj") {
-        return Err(LoadError::UnknownFormat);
-    }
-    Ok(std::fs::read(path)?)
 }
 
-fn name(path: &Path) -> String {
-    let name = path.file_name().unwrap_or_default();
-    name.to_string_lossy().into_owned()
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-fn hash(bytes: &[u8]) -> String {
-    blake3::hash(bytes).to_hex().to_string()
+    const TRIANGLE: &[u8] = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+    #[test]
+    fn bytes_are_loaded_as_a_file_is() {
+        let folder = std::env::temp_dir().join(format!("aogrid-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("a.obj");
+        std::fs::write(&path, TRIANGLE).unwrap();
+        let of_file = load(&path).unwrap();
+        std::fs::remove_dir_all(&folder).unwrap();
+        let of_bytes = LoadedMesh::from_bytes("a.obj", TRIANGLE.to_vec()).unwrap();
+        assert_eq!(Source::from(&of_bytes), Source::from(&of_file));
+        assert_eq!(of_bytes.mesh.positions(), of_file.mesh.positions());
+    }
+
+    #[test]
+    fn unknown_extensions_are_refused_before_the_file_is_read() {
+        for name in ["a.glb", "obj", "a.obj.gz"] {
+            let refused = MeshFile::from_bytes(name, TRIANGLE.to_vec());
+            assert!(matches!(refused, Err(LoadError::UnknownFormat)), "{name}");
+        }
+    }
 }

@@ -7,7 +7,7 @@ mod polygon;
 mod report;
 mod weld;
 
-pub use file::{LoadError, LoadedMesh, load};
+pub use file::{LoadError, LoadedMesh, MeshFile, load};
 pub use obj::{ObjError, read_obj};
 pub use report::MeshReport;
 pub(crate) use weld::first_duplicate;

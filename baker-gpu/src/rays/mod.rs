@@ -132,7 +132,7 @@ impl Caster {
     ///
     /// # Panics
     ///
-    /// Panics if the method is not faces: Monte Carlo directions form no image.
+    /// Panics unless the sampling is cube faces: Monte Carlo directions form no image.
     pub fn bake_with_bits(
         &mut self,
         mesh: &UploadedTree,
@@ -153,7 +153,7 @@ impl Caster {
     ///
     /// # Panics
     ///
-    /// Panics if the method is not faces.
+    /// Panics unless the sampling is cube faces.
     pub fn bake_naively(
         &mut self,
         mesh: &UploadedTree,

@@ -90,8 +90,8 @@ fn signed_unit(low: u32, high: u32) -> f32 {
     return f32(upper) / 2147483648.0 + f32(low >> 11u) / 4503599627370496.0;
 }
 
-/// The candidate of two 64-bit words. Its distance is compared in 64-bit integers, so that it is
-/// accepted exactly if the CPU accepts it.
+/// The candidate of two 64-bit words. Its squared distance is compared in 64-bit integers: single
+/// floats would decide differently from the CPU near the circle.
 fn candidate(words: vec4<u32>) -> Candidate {
     let x = square(words.x, words.y);
     let y = square(words.z, words.w);
@@ -103,7 +103,11 @@ fn candidate(words: vec4<u32>) -> Candidate {
     // 2⁶² − (high, low), by words.
     let rest_high = 0x40000000u - high - u32(low != 0u);
     let one_minus_r2 = f32(rest_high) / 1073741824.0 + f32(~low + 1u) / 4611686018427387904.0;
-    return Candidate(vec2(signed_unit(words.x, words.y), signed_unit(words.z, words.w)), one_minus_r2, is_inside);
+    return Candidate(
+        vec2(signed_unit(words.x, words.y), signed_unit(words.z, words.w)),
+        one_minus_r2,
+        is_inside,
+    );
 }
 
 /// The sums of one invocation.

@@ -81,7 +81,8 @@ fn enqueue(edge_idx: u32, local: u32, first_row: u32) {
         let facing = edge_facing(edge_idx, edge, word);
         let start = max(first_row, 4u * word) % 4u;
         // Rows whose two intervals differ have directions for which the edge is a silhouette.
-        var rows = nonzero_bytes(facing.x ^ facing.y) & (15u << start) & (15u >> (4u - min(4u, end - 4u * word)));
+        var rows = nonzero_bytes(facing.x ^ facing.y)
+            & (15u << start) & (15u >> (4u - min(4u, end - 4u * word)));
         while rows != 0u {
             let i = firstTrailingBit(rows);
             rows &= rows - 1u;
@@ -185,7 +186,15 @@ fn cross_level(line: EdgeLine, batch: u32, whole: i32, order: u32) -> Crossing {
 /// lanes of `added_lanes` and removes as many in the other active lanes. A single loop over all
 /// deltas instead of two nested ones: neighboring invocations differ in the numbers of levels and
 /// lanes, and nested loops would wait for the larger of each.
-fn count_levels(line: EdgeLine, batch: u32, active_lanes: u32, added_lanes: u32, delta: i32, low: u32, n_levels: u32) {
+fn count_levels(
+    line: EdgeLine,
+    batch: u32,
+    active_lanes: u32,
+    added_lanes: u32,
+    delta: i32,
+    low: u32,
+    n_levels: u32,
+) {
     let n = frame.cells.z;
     let first_texel = (frame.first_block + batch % frame.n_blocks) * LANES;
     var whole = i32(low / n);
@@ -215,7 +224,12 @@ fn count_levels(line: EdgeLine, batch: u32, active_lanes: u32, added_lanes: u32,
             let row_u = crossed.point.x - crossed.point.y * texel_slope(first_texel + lane);
             let column = u32(clamp(ceil(row_u), 0.0, f32(frame.cells.x)));
             if column < frame.cells.x {
-                add_delta(crossed.first, lane, column, select(-delta, delta, ((added_lanes >> lane) & 1u) != 0u));
+                add_delta(
+                    crossed.first,
+                    lane,
+                    column,
+                    select(-delta, delta, ((added_lanes >> lane) & 1u) != 0u),
+                );
             }
         }
     }

@@ -27,7 +27,9 @@ fn rank(v: f32, w: f32, row: u32) -> u32 {
     let n = frame.cells.z;
     let last = frame.buckets_per_row - 1u;
     // Count the levels with a smaller fraction.
-    let bucket = buckets[row * frame.buckets_per_row + min(u32(fraction * f32(frame.buckets_per_row)), last)];
+    let bucket = buckets[
+        row * frame.buckets_per_row + min(u32(fraction * f32(frame.buckets_per_row)), last)
+    ];
     let is_below = bucket.fractions < vec3(fraction);
     var below = bucket.start + u32(is_below.x) + u32(is_below.y) + u32(is_below.z);
     if is_below.z {

@@ -66,7 +66,8 @@ fn piercings(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_
         return;
     }
     let up = any(above & is_below);
-    let interval = facing_intervals[candidate.triangle * interval_words() + row / 4u] >> (8u * (row % 4u));
+    let interval = facing_intervals[candidate.triangle * interval_words() + row / 4u]
+        >> (8u * (row % 4u));
     for (var block = 0u; block < frame.n_blocks; block++) {
         let facing_lanes = facing_mask(interval, frame.first_block + block);
         // The layer that the edge above the row opened or closed moves from the counters above

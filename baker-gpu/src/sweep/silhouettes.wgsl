@@ -17,7 +17,11 @@ fn facing_interval(normal: vec3<f32>, texels_per_normal: f32, slope: f32) -> u32
     let flip_texel = u32(clamp(threshold, -1.0, size - 1.0) + 1.0);
     // A flip after the last texel is stored as the inverse facing that flips before the first:
     // `size` may not fit in seven bits.
-    return select(flip_texel | (faces_first << 7u), (faces_first ^ 1u) << 7u, flip_texel == frame.size);
+    return select(
+        flip_texel | (faces_first << 7u),
+        (faces_first ^ 1u) << 7u,
+        flip_texel == frame.size,
+    );
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -29,14 +33,15 @@ fn silhouettes(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocatio
     let n = frame.n_triangles;
     let axes = frame.axes * n + triangle;
     let normal = vec3(normals[axes.x], normals[axes.y], normals[axes.z]);
-    // Avoid a division by zero for normals across u.
+    // Avoid a division by zero for normals perpendicular to u.
     let min_normal_u = max(MIN_NORMAL_RATIO * (abs(normal.y) + abs(normal.z)), MIN_NORMAL);
     let magnitude = 0.5 / (frame.half_slope * max(abs(normal.x), min_normal_u));
     let texels_per_normal = select(magnitude, -magnitude, normal.x < 0.0);
     let words = interval_words();
     for (var word = 0u; word < words; word++) {
         let slopes = frame.row_slopes[word];
-        facing_intervals[triangle * words + word] = facing_interval(normal, texels_per_normal, slopes.x)
+        facing_intervals[triangle * words + word] =
+            facing_interval(normal, texels_per_normal, slopes.x)
             | (facing_interval(normal, texels_per_normal, slopes.y) << 8u)
             | (facing_interval(normal, texels_per_normal, slopes.z) << 16u)
             | (facing_interval(normal, texels_per_normal, slopes.w) << 24u);

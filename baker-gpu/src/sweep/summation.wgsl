@@ -47,6 +47,7 @@ fn summation(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_
         if row.below {
             accumulate(&below, take_deltas(counter + 4u * plane(), plane()));
         }
-        masks[row.mask + column * rows] = occluded_directions(above) | (occluded_directions(below) << 16u);
+        masks[row.mask + column * rows] =
+            occluded_directions(above) | (occluded_directions(below) << 16u);
     }
 }

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use aogrid_bake_core::mesh::MeshFile;
 use aogrid_bake_core::{BakeOptions, Extent, Placement, TriangleMesh};
 use aogrid_grid_format::Grid;
 
@@ -135,8 +136,7 @@ pub(super) fn up_to_date(
     job: &Job,
     placement: &Placement,
     options: &BakeOptions,
-    name: &str,
-    blake3: &str,
+    file: &MeshFile,
 ) -> Option<Grid> {
     let grid = read_grid(&job.out).ok()?;
     let record = grid.record();
@@ -158,9 +158,9 @@ pub(super) fn up_to_date(
         && record.max_distance == options.max_distance
         && record.interior == options.interior
         && record.boundary.requested == options.boundary
-        && record.source.name == name
+        && record.source.name == file.name()
         && record.source.part == job.part_name
-        && record.source.blake3 == blake3;
+        && record.source.blake3 == file.blake3();
     same.then_some(grid)
 }
 

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::Context;
-use aogrid_bake_core::mesh::{self, LoadedMesh, MeshReport};
+use aogrid_bake_core::mesh::{LoadedMesh, MeshFile, MeshReport};
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, post, warnings};
 use aogrid_grid_format::{GridSpec, Source};
 
@@ -32,17 +32,17 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let mut outputs = Outputs::default();
     for model in &args.models {
         let shown = model.display();
-        let (name, blake3) = LoadedMesh::identify(model).with_context(|| shown.to_string())?;
+        let loading = Instant::now();
+        let file = MeshFile::read(model).with_context(|| shown.to_string())?;
         // A whole model that is up to date need not even be parsed.
         let single = jobs.whole_job(model);
         if let (Some(job), false) = (&single, args.force)
-            && let Some(grid) = jobs::up_to_date(job, &placement, &options, &name, &blake3)
+            && let Some(grid) = jobs::up_to_date(job, &placement, &options, &file)
         {
             outputs.push(Outcome::up_to_date(job, &grid), console, args.json);
             continue;
         }
-        let loading = Instant::now();
-        let loaded = mesh::load(model).with_context(|| shown.to_string())?;
+        let loaded = file.parse().with_context(|| shown.to_string())?;
         let load_s = loading.elapsed().as_secs_f64();
         let of_model = match single {
             Some(job) => vec![job],
@@ -51,7 +51,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         for job in of_model {
             let current = match args.force || job.part.is_none() {
                 true => None,
-                false => jobs::up_to_date(&job, &placement, &options, &name, &blake3),
+                false => jobs::up_to_date(&job, &placement, &options, &file),
             };
             let outcome = match current {
                 Some(grid) => Outcome::up_to_date(&job, &grid),

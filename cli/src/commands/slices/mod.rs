@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use aogrid_bake_core::TriangleMesh;
-use aogrid_bake_core::mesh::{self, LoadedMesh};
+use aogrid_bake_core::mesh::{self, MeshFile};
 use aogrid_bake_core::post::Classification;
 use aogrid_grid_format::Grid;
 use image::ImageFormat;
@@ -83,7 +83,7 @@ fn find_mesh(args: &Args, grid: &Grid, console: &Console) -> anyhow::Result<Opti
         None => &beside,
     };
     if args.mesh.is_none() {
-        let same = LoadedMesh::identify(path).is_ok_and(|(_, blake3)| blake3 == source.blake3);
+        let same = MeshFile::read(path).is_ok_and(|file| file.blake3() == source.blake3);
         if !same {
             let name = &source.name;
             console.note(&format!(
