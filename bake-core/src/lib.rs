@@ -43,7 +43,7 @@ mod raw_grid;
 
 pub mod mesh;
 
-pub use algorithm::{Algorithm, RayFallbackReason};
+pub use algorithm::{Algorithm, Plan, PlanError, RayFallbackReason};
 pub use face_bits::FaceBits;
 pub use face_sums::{FaceSums, FixedTexel, fixed_texels};
 pub use layers::SignedLayers;

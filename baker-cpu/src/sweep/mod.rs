@@ -78,11 +78,13 @@ mod sums;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize};
 
-use aogrid_bake_core::{FaceBits, FixedTexel, Observer, PreparedMesh, RawGrid, fixed_texels};
+use aogrid_bake_core::{
+    FaceBits, FixedTexel, Observer, OptionsError, PlanError, PreparedMesh, RawGrid, fixed_texels,
+};
 use aogrid_grid_format::{FACE_SIZES, Sampling};
 use rayon::prelude::*;
 
-use crate::BakeError;
+use crate::error::BakeError;
 use batch::Workspace;
 use counters::Tile;
 use frame::AxisFrame;
@@ -208,7 +210,7 @@ impl Sweeper {
         observer: Observer<'_>,
     ) -> Result<RawGrid, BakeError> {
         if !FACE_SIZES.contains(&size) {
-            return Err(aogrid_bake_core::OptionsError::FaceSize(size).into());
+            return Err(PlanError::from(OptionsError::FaceSize(size)).into());
         }
         // Enter the thread pool once: each parallel loop started from outside has to wake a worker.
         rayon::scope(|_| self.sweep(mesh, size, bits, observer))

@@ -15,7 +15,7 @@ use super::piercings::RowHits;
 use super::silhouettes::Silhouettes;
 use super::summation::{self, Mask};
 use super::sums::GridMoments;
-use crate::BakeError;
+use crate::error::BakeError;
 
 /// The data that all passes of a bake share.
 pub(super) struct SweepJob<'a> {

@@ -44,7 +44,7 @@ mod view;
 
 use std::sync::OnceLock;
 
-use aogrid_bake_core::{FaceBits, Observer, PreparedMesh, RawGrid};
+use aogrid_bake_core::{FaceBits, Observer, OptionsError, PlanError, PreparedMesh, RawGrid};
 use aogrid_grid_format::FACE_SIZES;
 
 use crate::pace::SubmissionPacer;
@@ -166,7 +166,7 @@ impl Sweeper {
     ) -> Result<(RawGrid, FaceBits), BakeError> {
         let size = request.size;
         if !FACE_SIZES.contains(&size) {
-            return Err(aogrid_bake_core::OptionsError::FaceSize(size).into());
+            return Err(PlanError::from(OptionsError::FaceSize(size)).into());
         }
         // Take the buffers out, so that a bake that ends early drops them: its counters are not
         // zero.
