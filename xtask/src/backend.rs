@@ -80,7 +80,7 @@ impl Backend {
 
     /// Creates a backend that runs the CPU's sweep at one SIMD level.
     pub(crate) fn sweep_at_level(level: &str) -> Self {
-        let sweeper = cpu::Sweeper::with_instructions(level).unwrap_or_default();
+        let sweeper = cpu::Sweeper::with_simd_level(level).unwrap_or_default();
         let algorithm = Some(Algorithm::DirectionSweep);
         Self {
             cpu: cpu::Baker::with_sweeper(algorithm, sweeper),

@@ -2,14 +2,14 @@
 
 use super::counters::{Layout, MAX_GROUP_COUNTERS, Tile};
 use super::crossings::{Batch, EDGE_CHUNK, EdgeBuffer, SilhouetteChunk};
+use super::delta_buffer::{ByteCounters, DeltaBuffer, GroupCounters};
 use super::frame::{AxisFrame, LANES};
-use super::instructions::{Simd, SimdKernel};
 use super::levels::Levels;
+use super::moments::TileMoments;
 use super::pass::SweepPass;
 use super::silhouettes::{EdgeFacing, FacingInterval};
-use super::steps::{ByteCounters, DeltaBuffer, GroupCounters};
+use super::simd::{Simd, SimdKernel};
 use super::summation::{self, Mask};
-use super::sums::TileMoments;
 
 /// The work of one batch in one tile, compiled for each SIMD level.
 pub(super) struct BatchKernel<'a> {

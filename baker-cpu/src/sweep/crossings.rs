@@ -4,10 +4,10 @@
 use aogrid_bake_core::PreparedMesh;
 
 use super::counters::Tile;
+use super::delta_buffer::{DeltaBuffer, LaneDeltas};
 use super::frame::{AxisFrame, LANES};
 use super::levels::{Levels, RowLevel};
 use super::silhouettes::{EdgeFacing, FacingInterval, SilhouetteList};
-use super::steps::{DeltaBuffer, LaneDeltas};
 
 /// An end of an edge as seen by one batch.
 #[derive(Clone, Copy, Debug)]

@@ -36,7 +36,7 @@
 //!    the sum over half-edges is right for any triangles, only fewer edges cancel.
 //! 4. **[Crossings](crossings).** An edge crosses a level at one point, shared by all
 //!    directions of the batch; the first cell that it affects is ⌈u − height·a⌉.
-//! 5. **[Row hits](piercings)** are found once per axis, in exact integers.
+//! 5. **[Row hits](row_hits)** are found once per axis, in exact integers.
 //! 6. **[Summation](summation)** runs along the row and adds to the cells' moments.
 //!
 //! No row ends with a layer that never closes, a *streak*. A triangle crosses a level with two
@@ -58,22 +58,22 @@
 //! A [`Sweeper`] owns the buffers and is kept between bakes. Moments are integer sums
 //! ([`FaceSums`](aogrid_bake_core::FaceSums)), so neither threads nor tiles nor SIMD levels
 //! change a bit of them. Crossings arrive in the order of edges, all over the grid: their
-//! [deltas](steps) are buffered by groups of rows, and each group is counted and summed while it
+//! [deltas](delta_buffer) are buffered by groups of rows, and each group is counted and summed while it
 //! is in the L1 cache. Counters are bytes; an overflow is detected, and the group is counted
-//! again in 32 bits. The [SIMD levels](instructions) describe the code for wide registers.
+//! again in 32 bits. The [SIMD levels](simd) describe the code for wide registers.
 
 mod batch;
 mod counters;
 mod crossings;
+mod delta_buffer;
 mod frame;
-mod instructions;
 mod levels;
+mod moments;
 mod pass;
-mod piercings;
+mod row_hits;
 mod silhouettes;
-mod steps;
+mod simd;
 mod summation;
-mod sums;
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize};
@@ -88,11 +88,11 @@ use crate::error::BakeError;
 use batch::Workspace;
 use counters::Tile;
 use frame::AxisFrame;
-use instructions::SimdLevel;
+use moments::GridMoments;
 use pass::{SweepJob, SweepPass};
-use piercings::RowHits;
+use row_hits::RowHits;
 use silhouettes::Silhouettes;
-use sums::GridMoments;
+use simd::SimdLevel;
 
 /// Bakes cube faces by the direction sweep; buffers are reused from bake to bake.
 pub struct Sweeper {
@@ -145,14 +145,14 @@ impl Sweeper {
 
     /// Returns the SIMD levels that this machine has and the sweep supports, the best first:
     /// `avx512`, `avx2`, and always `portable`. All give bit-identical results.
-    pub fn instruction_sets() -> Vec<&'static str> {
+    pub fn simd_levels() -> Vec<&'static str> {
         let levels = SimdLevel::available().into_iter();
         levels.map(SimdLevel::name).collect()
     }
 
-    /// Returns a sweeper for one of [`Sweeper::instruction_sets`], to compare them; `None` if this
+    /// Returns a sweeper for one of [`Sweeper::simd_levels`], to compare them; `None` if this
     /// machine has no SIMD level of that name.
-    pub fn with_instructions(name: &str) -> Option<Self> {
+    pub fn with_simd_level(name: &str) -> Option<Self> {
         let mut levels = SimdLevel::available().into_iter();
         levels.find(|level| level.name() == name).map(Self::with)
     }

@@ -10,11 +10,11 @@ use super::VertexPositions;
 use super::batch::{BatchKernel, Workspace};
 use super::counters::Tile;
 use super::frame::{AxisFrame, LANES};
-use super::instructions::SimdLevel;
-use super::piercings::RowHits;
+use super::moments::GridMoments;
+use super::row_hits::RowHits;
 use super::silhouettes::Silhouettes;
+use super::simd::SimdLevel;
 use super::summation::{self, Mask};
-use super::sums::GridMoments;
 use crate::error::BakeError;
 
 /// The data that all passes of a bake share.

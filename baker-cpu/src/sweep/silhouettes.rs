@@ -5,8 +5,8 @@ use aogrid_bake_core::prepared::{Edge, HalfEdge};
 use rayon::prelude::*;
 
 use super::frame::{AxisFrame, LANES};
-use super::instructions::{Simd, SimdKernel};
 use super::pass::SweepJob;
+use super::simd::{Simd, SimdKernel};
 
 /// The directions of a texel row that a triangle faces: n·d is linear in the texel's index z and
 /// changes its sign once. Bits 0–6: the flip texel, the first z of the second part (never `size`

@@ -5,7 +5,7 @@ use aogrid_bake_core::{FixedTexel, cube_face};
 
 use super::counters::{COLUMN, Counter};
 use super::frame::{AxisFrame, LANES};
-use super::sums::RowMoments;
+use super::moments::RowMoments;
 
 /// The occluded directions of a cell in one block: those of d in bits 0–15, of −d in 16–31.
 pub(super) type Mask = u32;

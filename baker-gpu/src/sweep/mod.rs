@@ -25,7 +25,7 @@
 //! `crossings` and `piercings` must agree on the side of a row on which an edge passes; both
 //! evaluate the same expression in exact integers. Every layer that begins along a row therefore
 //! also ends: rounding moves a delta by at most one cell and never leaves a streak.
-//! [`piercings`](mod@piercings) has the argument.
+//! [`row_hits`](mod@row_hits) has the argument.
 //!
 //! # Practice
 //!
@@ -38,8 +38,8 @@ mod gpu_data;
 mod kernels;
 mod mesh;
 mod pass;
-mod piercings;
 mod plan;
+mod row_hits;
 mod view;
 
 use std::sync::OnceLock;

@@ -17,11 +17,11 @@ mod avx512;
 use aogrid_bake_core::PreparedMesh;
 
 use super::crossings::{self, Batch, EdgeBuffer, SilhouetteChunk};
+use super::delta_buffer::DeltaBuffer;
 use super::levels::Levels;
+use super::moments::RowMoments;
 use super::silhouettes::SilhouetteSearch;
-use super::steps::DeltaBuffer;
 use super::summation::{self, BlockTexels, Mask};
-use super::sums::RowMoments;
 #[cfg(target_arch = "x86_64")]
 use {avx2::Avx2, avx512::Avx512};
 

@@ -17,10 +17,10 @@ use super::{
     SilhouetteChunk, SilhouetteSearch, Simd, SimdKernel,
 };
 use crate::sweep::crossings::collect as collect_rest;
+use crate::sweep::delta_buffer::delta_bits;
 use crate::sweep::frame::LANES;
 use crate::sweep::levels::{FRACTION_BITS, FRACTIONS};
 use crate::sweep::silhouettes::EdgeFacing;
-use crate::sweep::steps::delta_bits;
 
 /// A proof that the machine has the parts of AVX-512 that this module uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

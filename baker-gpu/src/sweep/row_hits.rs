@@ -19,7 +19,7 @@ use super::gpu_data::RowHitCandidate;
 use super::plan::Brick;
 use super::view::AxisFrame;
 
-/// The side of a row on which an edge passes, see `piercings.wgsl`.
+/// The side of a row on which an edge passes, see `row_hits.wgsl`.
 pub(super) const ABOVE: u32 = 0;
 const BELOW: u32 = 1;
 pub(super) const ABOVE_IF_UP: u32 = 2;

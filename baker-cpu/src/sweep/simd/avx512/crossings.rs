@@ -14,9 +14,9 @@ use super::{
 };
 use crate::sweep::counters::{COLUMN, Layout};
 use crate::sweep::crossings::{Batch, EdgeBuffer, MAX_COLUMN_ERROR};
+use crate::sweep::delta_buffer::{Delta, DeltaBuffer};
 use crate::sweep::frame::LANES;
 use crate::sweep::levels::{FRACTION_BITS, FRACTIONS, Levels};
-use crate::sweep::steps::{Delta, DeltaBuffer};
 
 /// The tables of [`Batch::levels`], in registers.
 struct LevelTables {
@@ -109,7 +109,7 @@ struct Lines {
     alive: __mmask16,
 }
 
-/// The [`LaneDeltas`](crate::sweep::steps::LaneDeltas) of sixteen edges in one block.
+/// The [`LaneDeltas`](crate::sweep::delta_buffer::LaneDeltas) of sixteen edges in one block.
 struct EdgeDeltas {
     active: LaneArray<u32>,
     negative: LaneArray<u32>,

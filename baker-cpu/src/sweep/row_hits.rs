@@ -8,9 +8,9 @@ use rayon::prelude::*;
 
 use super::counters::Tile;
 use super::crossings::{Batch, End, Line, first_columns, row_side};
+use super::delta_buffer::{DeltaBuffer, LaneDeltas};
 use super::frame::{AxisFrame, LANES};
 use super::silhouettes::FacingInterval;
-use super::steps::{DeltaBuffer, LaneDeltas};
 
 /// The smallest distance, in cells, between a row's line and an edge at which a hit is certain.
 /// Nearer ones are decided batch by batch, which costs time. It has to exceed the effect of
