@@ -40,6 +40,7 @@ mod placement;
 pub mod post;
 pub mod prepared;
 mod raw_grid;
+pub mod sweep;
 
 pub mod mesh;
 

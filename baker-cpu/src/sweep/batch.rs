@@ -1,9 +1,10 @@
 //! A batch: all directions of one slope b, in one tile of the grid.
 
+use aogrid_bake_core::sweep::LANES;
+
 use super::counters::{Layout, MAX_GROUP_COUNTERS, Tile};
 use super::crossings::{Batch, EDGE_CHUNK, EdgeBuffer, SilhouetteChunk};
 use super::delta_buffer::{ByteCounters, DeltaBuffer, GroupCounters};
-use super::frame::{AxisFrame, LANES};
 use super::levels::Levels;
 use super::moments::TileMoments;
 use super::pass::SweepPass;
@@ -52,7 +53,7 @@ impl SimdKernel for BatchKernel<'_> {
 impl BatchKernel<'_> {
     #[inline(always)]
     fn rank<S: Simd>(&mut self, simd: S, levels: &Levels) {
-        let AxisFrame { v, w, .. } = *self.pass.frame;
+        let [_, v, w] = self.pass.frame.axes;
         let by_axis = &self.pass.job.vertices.by_axis;
         let ranks = &mut self.workspace.ranks;
         ranks.resize(by_axis[v].len(), 0);

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::frame::{AxisFrame, LANES};
+use aogrid_bake_core::sweep::{AxisFrame, LANES};
 
 /// The sides of a row: above and below.
 pub(super) const SIDES: usize = 2;
@@ -33,7 +33,7 @@ pub(super) struct Tile {
 impl Tile {
     /// Returns tiles that cover every row of the grid once.
     pub(super) fn all(frame: &AxisFrame) -> Vec<Self> {
-        let [_, n_v, n_w] = frame.n;
+        let [_, n_v, n_w] = frame.cells;
         let layout = Layout::new(frame);
         let max_rows = ((MAX_TILE_GROUPS << layout.shift) as u32 / layout.blocks).max(1);
         // Whole layers of rows first; if not even one fits, part of a layer.
@@ -72,7 +72,7 @@ pub(super) struct Layout {
 
 impl Layout {
     pub(super) fn new(frame: &AxisFrame) -> Self {
-        let n_u = frame.n[0];
+        let n_u = frame.cells[0];
         let strips = (GROUP_COUNTERS / (n_u as usize * COLUMN)).max(1);
         Self {
             n_u,
@@ -140,10 +140,9 @@ mod tests {
 
     fn frame(n: [u32; 3], size: u32) -> AxisFrame {
         AxisFrame {
-            u: 0,
-            v: 1,
-            w: 2,
-            n,
+            axes: [0, 1, 2],
+            first: [0; 3],
+            cells: n,
             size,
             shear: [1.0; 2],
         }

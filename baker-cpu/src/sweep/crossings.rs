@@ -2,10 +2,10 @@
 //! affect.
 
 use aogrid_bake_core::PreparedMesh;
+use aogrid_bake_core::sweep::{AxisFrame, LANES};
 
 use super::counters::Tile;
 use super::delta_buffer::{DeltaBuffer, LaneDeltas};
-use super::frame::{AxisFrame, LANES};
 use super::levels::{Levels, RowLevel};
 use super::silhouettes::{EdgeFacing, FacingInterval, SilhouetteList};
 
@@ -126,7 +126,7 @@ impl Batch<'_> {
     #[inline(always)]
     pub(super) fn end(&self, vertex: u32, rank: i32) -> End {
         let position = &self.positions[vertex as usize];
-        let AxisFrame { u, v, w, .. } = *self.frame;
+        let [u, v, w] = self.frame.axes;
         End {
             rank,
             u: position[u],
@@ -148,7 +148,7 @@ impl Batch<'_> {
     #[cold]
     #[inline(never)]
     pub(super) fn exact_column(&self, vertices: [u32; 2], row: u32, z: u32) -> u32 {
-        let AxisFrame { u, v, w, n, .. } = *self.frame;
+        let [u, v, w] = self.frame.axes;
         let cell = f64::from(1_u32 << self.mesh.lattice().bits());
         let [from, to] = vertices.map(|vertex| {
             let position = self.mesh.vertices()[vertex as usize];
@@ -166,7 +166,7 @@ impl Batch<'_> {
         let t = if t.is_nan() { 0.0 } else { t };
         let at = |axis: usize| from[axis] + t * (to[axis] - from[axis]);
         let column = at(0) - (at(2) - k) * self.frame.column_slope(z);
-        column.ceil().clamp(0.0, f64::from(n[0])) as u32
+        column.ceil().clamp(0.0, f64::from(self.frame.cells[0])) as u32
     }
 }
 

@@ -3,8 +3,9 @@
 //! Deltas arrive in the order of edges and would touch counters all over a tile. They are first
 //! buffered by groups of rows; then each group is counted while its counters are in the L1 cache.
 
+use aogrid_bake_core::sweep::LANES;
+
 use super::counters::{COLUMN, Counter, Layout, MAX_GROUP_COUNTERS, Tile};
-use super::frame::LANES;
 
 /// The maximum number of deltas that a group buffers before they have to be counted.
 const MAX_GROUP_DELTAS: usize = 1 << 14;
@@ -205,15 +206,14 @@ fn count_bytes(deltas: &[Delta], counters: &mut ByteCounters) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sweep::frame::AxisFrame;
+    use aogrid_bake_core::sweep::AxisFrame;
 
     /// Adds `n` varied deltas, and compares all groups with directly computed counters.
     fn check(n: u32, size: u32, single_row: bool) -> [bool; 3] {
         let frame = AxisFrame {
-            u: 0,
-            v: 1,
-            w: 2,
-            n: [40, 12, 9],
+            axes: [0, 1, 2],
+            first: [0; 3],
+            cells: [40, 12, 9],
             size,
             shear: [1.0; 2],
         };

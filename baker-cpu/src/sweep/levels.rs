@@ -1,7 +1,8 @@
 //! Levels: the planes of the rows of cells, ordered along a batch's slope.
 
+use aogrid_bake_core::sweep::AxisFrame;
+
 use super::counters::{MAX_TILE_DEPTH, Tile};
-use super::frame::AxisFrame;
 
 /// The maximum number of levels from one whole number to the next: bits 0–4 of a level's number.
 pub(super) const FRACTIONS: usize = MAX_TILE_DEPTH as usize;

@@ -66,7 +66,6 @@ mod batch;
 mod counters;
 mod crossings;
 mod delta_buffer;
-mod frame;
 mod levels;
 mod moments;
 mod pass;
@@ -78,6 +77,7 @@ mod summation;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize};
 
+use aogrid_bake_core::sweep::AxisFrame;
 use aogrid_bake_core::{
     FaceBits, FixedTexel, Observer, OptionsError, PlanError, PreparedMesh, RawGrid, fixed_texels,
 };
@@ -87,7 +87,6 @@ use rayon::prelude::*;
 use crate::error::BakeError;
 use batch::Workspace;
 use counters::Tile;
-use frame::AxisFrame;
 use moments::GridMoments;
 use pass::{SweepJob, SweepPass};
 use row_hits::RowHits;
@@ -264,7 +263,7 @@ const MAX_EDGES_FOR_PARALLEL_PASSES: usize = 1 << 19;
 
 /// Runs all passes: one at a time, or as many in parallel as there are silhouette buffers.
 fn run(job: &SweepJob<'_>, silhouettes: &mut [Silhouettes; 3]) -> Result<(), BakeError> {
-    let frames = [0, 1, 2].map(|w| AxisFrame::new(job.mesh, w, job.size));
+    let frames = [0, 1, 2].map(|w| AxisFrame::new(job.mesh.spec(), w, job.size));
     let row_hits = RowHits::all(job.mesh, &frames);
     let axes = || frames.iter().zip(&row_hits);
     let passes: Vec<_> = SweepPass::rows(job.size)

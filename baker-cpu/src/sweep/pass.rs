@@ -3,18 +3,18 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
+use aogrid_bake_core::sweep::{AxisFrame, LANES, texel_idx};
 use aogrid_bake_core::{FaceBits, FixedTexel, Observer, PreparedMesh, Progress};
 use rayon::prelude::*;
 
 use super::VertexPositions;
 use super::batch::{BatchKernel, Workspace};
 use super::counters::Tile;
-use super::frame::{AxisFrame, LANES};
 use super::moments::GridMoments;
 use super::row_hits::RowHits;
 use super::silhouettes::Silhouettes;
 use super::simd::SimdLevel;
-use super::summation::{self, Mask};
+use super::summation::Mask;
 use crate::error::BakeError;
 
 /// The data that all passes of a bake share.
@@ -127,11 +127,12 @@ impl<'a> SweepPass<'a> {
         let Some(bits) = self.job.bits else {
             return;
         };
+        let frame = self.frame;
         let mut bits = bits.lock().expect("no thread has panicked");
-        for (i, &mask) in masks[..self.frame.n[0] as usize].iter().enumerate() {
+        for (i, &mask) in masks[..frame.cells[0] as usize].iter().enumerate() {
             let cell = self.cell_idx(tile, row, i);
             for bit in (0..Mask::BITS as usize).filter(|bit| mask >> bit & 1 != 0) {
-                if let Some(texel) = summation::texel_of(self.frame, b, block, bit) {
+                if let Some(texel) = texel_idx(frame.size, frame.axes[2], b, block, bit) {
                     bits.set(cell, texel);
                 }
             }
@@ -139,10 +140,11 @@ impl<'a> SweepPass<'a> {
     }
 
     fn cell_idx(&self, tile: &Tile, row: usize, i: usize) -> usize {
+        let [u, v, w] = self.frame.axes;
         let mut cell = [0; 3];
-        cell[self.frame.u] = i as u32;
-        cell[self.frame.v] = tile.j.start + (row % tile.j.len()) as u32;
-        cell[self.frame.w] = tile.k.start + (row / tile.j.len()) as u32;
+        cell[u] = i as u32;
+        cell[v] = tile.j.start + (row % tile.j.len()) as u32;
+        cell[w] = tile.k.start + (row / tile.j.len()) as u32;
         self.job.mesh.spec().cell_idx(cell)
     }
 }

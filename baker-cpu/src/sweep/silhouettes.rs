@@ -2,9 +2,9 @@
 
 use aogrid_bake_core::PreparedMesh;
 use aogrid_bake_core::prepared::{Edge, HalfEdge};
+use aogrid_bake_core::sweep::{AxisFrame, LANES};
 use rayon::prelude::*;
 
-use super::frame::{AxisFrame, LANES};
 use super::pass::SweepJob;
 use super::simd::{Simd, SimdKernel};
 
@@ -134,7 +134,7 @@ fn triangle_facing(
     row_slopes: &[f32; LANES],
 ) -> TriangleFacing {
     let component = |axis: usize| normal[axis] as f64;
-    let [n_u, n_v, n_w] = [component(frame.u), component(frame.v), component(frame.w)];
+    let [n_u, n_v, n_w] = frame.axes.map(component);
     let size = f64::from(frame.size);
     let min_n_u = MIN_U_SHARE * (n_v.abs() + n_w.abs());
     // T = constant + per_slope · b, with the slope computed once for all rows.
@@ -296,10 +296,9 @@ mod tests {
     fn facing_is_the_sign_of_n_dot_d() {
         for (size, shear) in [(16, [1.0, 1.0]), (8, [0.3, 2.0]), (128, [1.7, 0.9])] {
             let frame = AxisFrame {
-                u: 1,
-                v: 2,
-                w: 0,
-                n: [8; 3],
+                axes: [1, 2, 0],
+                first: [0; 3],
+                cells: [8; 3],
                 size,
                 shear,
             };
@@ -326,7 +325,7 @@ mod tests {
                 for (b, facing) in facing.iter().enumerate() {
                     for z in 0..size as u8 {
                         let a = shear[0] * ((2.0 * f64::from(z) + 1.0) / f64::from(size) - 1.0);
-                        let n = [frame.u, frame.v, frame.w].map(|x| normal[x] as f64);
+                        let n = frame.axes.map(|x| normal[x] as f64);
                         let n_dot_d = n[0] * a + n[1] * f64::from(rows[b]) + n[2];
                         // Closer to edge-on than single precision can tell.
                         if n_dot_d.abs() > 1e-5 * (n[0].abs() + n[1].abs() + n[2].abs()) {

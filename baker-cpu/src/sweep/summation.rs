@@ -1,10 +1,10 @@
 //! Summation: from layer counters along a row to the occluded texels of its cells, and their
 //! moments.
 
-use aogrid_bake_core::{FixedTexel, cube_face};
+use aogrid_bake_core::FixedTexel;
+use aogrid_bake_core::sweep::{AxisFrame, texel_idx};
 
 use super::counters::{COLUMN, Counter};
-use super::frame::{AxisFrame, LANES};
 use super::moments::RowMoments;
 
 /// The occluded directions of a cell in one block: those of d in bits 0–15, of −d in 16–31.
@@ -25,7 +25,8 @@ pub(super) fn block_texels(
     block: usize,
 ) -> BlockTexels {
     std::array::from_fn(|bit| {
-        let texel = texel_of(frame, b, block, bit).map(|texel| all[texel]);
+        let texel = texel_idx(frame.size, frame.axes[2], b, block, bit);
+        let texel = texel.map(|texel| all[texel]);
         let FixedTexel { a, m: [x, y, z] } = texel.unwrap_or_default();
         [a, x, y, z]
     })
@@ -86,17 +87,6 @@ impl MaskLookup {
             row_moments.accumulate(cell, count, &moment);
         }
     }
-}
-
-/// Returns the texel of a bit of a [`Mask`], or `None` for a lane beyond the end of the texel row.
-pub(super) fn texel_of(frame: &AxisFrame, b: u32, block: usize, bit: usize) -> Option<usize> {
-    let z = (block * LANES + bit % LANES) as u32;
-    let size = frame.size;
-    let opposite = |i: u32| size - 1 - i;
-    (z < size).then(|| match bit < LANES {
-        true => cube_face::texel_idx(size, frame.w, true, [z, b]),
-        false => cube_face::texel_idx(size, frame.w, false, [opposite(z), opposite(b)]),
-    })
 }
 
 /// Computes the masks of a row's cells from the counters of its strip: the running sums that are

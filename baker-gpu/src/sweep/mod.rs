@@ -36,11 +36,11 @@
 mod bake;
 mod gpu_data;
 mod kernels;
+mod levels;
 mod mesh;
 mod pass;
 mod plan;
 mod row_hits;
-mod view;
 
 use std::sync::OnceLock;
 

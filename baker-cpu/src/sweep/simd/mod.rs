@@ -34,7 +34,7 @@ pub(super) trait Simd: Copy {
     fn mask_lookup(self, texels: &BlockTexels) -> Self::Lookup;
 
     /// Adds the moments of masks: see [`summation::MaskLookup::accumulate`]. There is a mask for
-    /// each cell of the padded row, a multiple of [`LANES`](super::frame::LANES).
+    /// each cell of the padded row, a multiple of [`LANES`](aogrid_bake_core::sweep::LANES).
     fn accumulate(self, lookup: &Self::Lookup, masks: &[Mask], moments: RowMoments<'_>);
 
     /// Finds silhouettes: see [`SilhouetteSearch::run_portable`].

@@ -8,6 +8,8 @@
 
 use std::arch::x86_64::*;
 
+use aogrid_bake_core::sweep::LANES;
+
 use super::{
     LaneArray, Table, UP, array, floats, int_array, ints, lane_deltas, load_facings, q, store,
     unsigned,
@@ -15,7 +17,6 @@ use super::{
 use crate::sweep::counters::{COLUMN, Layout};
 use crate::sweep::crossings::{Batch, EdgeBuffer, MAX_COLUMN_ERROR};
 use crate::sweep::delta_buffer::{Delta, DeltaBuffer};
-use crate::sweep::frame::LANES;
 use crate::sweep::levels::{FRACTION_BITS, FRACTIONS, Levels};
 
 /// The tables of [`Batch::levels`], in registers.
@@ -88,9 +89,9 @@ impl End {
         };
         Self {
             rank: ints(lanes_at(&edges.ranks[end], first)),
-            u: coordinate(batch.frame.u),
-            v: coordinate(batch.frame.v),
-            w: coordinate(batch.frame.w),
+            u: coordinate(batch.frame.axes[0]),
+            v: coordinate(batch.frame.axes[1]),
+            w: coordinate(batch.frame.axes[2]),
         }
     }
 }

@@ -7,8 +7,9 @@
 
 use std::arch::x86_64::*;
 
+use aogrid_bake_core::sweep::LANES;
+
 use super::{append_facings, append_pairs, load_pairs, prefetch, unsigned};
-use crate::sweep::frame::LANES;
 use crate::sweep::silhouettes::{SilhouetteList, SilhouetteSearch, TriangleFacing};
 
 /// Searches as [`SilhouetteSearch::run_portable`]: silhouettes are gathered until there are

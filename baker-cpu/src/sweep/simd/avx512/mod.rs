@@ -11,6 +11,8 @@ mod find;
 
 use std::arch::x86_64::*;
 
+use aogrid_bake_core::sweep::LANES;
+
 use super::avx2::Avx2;
 use super::{
     Batch, BlockTexels, DeltaBuffer, EdgeBuffer, Levels, Mask, RegisterLookup, RowMoments,
@@ -18,7 +20,6 @@ use super::{
 };
 use crate::sweep::crossings::collect as collect_rest;
 use crate::sweep::delta_buffer::delta_bits;
-use crate::sweep::frame::LANES;
 use crate::sweep::levels::{FRACTION_BITS, FRACTIONS};
 use crate::sweep::silhouettes::EdgeFacing;
 
