@@ -28,16 +28,16 @@
 //!
 //! 1. **Batches.** A batch is an axis w and a slope b: the `size` directions (a, b, 1) and their
 //!    opposites. All share the planes of the rows. Threads take the 3 × `size` batches in turn.
-//! 2. **[Levels](levels).** Row (j, k) lies in the plane V − b·W = j − k·b. Each vertex gets a
+//! 2. **[Levels](data::Levels).** Row (j, k) lies in the plane V − b·W = j − k·b. Each vertex gets a
 //!    rank among these planes; an edge crosses exactly those between the ranks of its ends.
 //! 3. **[Silhouettes](silhouettes).** A triangle faces d or not, by sign(n·d). Each of its edges,
 //!    on its own, begins or ends a layer there. The two triangles of an edge cancel unless one
 //!    faces d and the other does not. None of this requires a closed mesh or consistent winding:
 //!    the sum over half-edges is right for any triangles, only fewer edges cancel.
-//! 4. **[Crossings](crossings).** An edge crosses a level at one point, shared by all
+//! 4. **[Crossings](simd::crossings).** An edge crosses a level at one point, shared by all
 //!    directions of the batch; the first cell that it affects is ⌈u − height·a⌉.
 //! 5. **[Row hits](row_hits)** are found once per axis, in exact integers.
-//! 6. **[Summation](summation)** runs along the row and adds to the cells' moments.
+//! 6. **[Summation](simd::summation)** runs along the row and adds to the cells' moments.
 //!
 //! No row ends with a layer that never closes, a *streak*. A triangle crosses a level with two
 //! edges or none, because it has three vertices and each has one rank. The two edges add opposite
@@ -58,21 +58,19 @@
 //! A [`Sweeper`] owns the buffers and is kept between bakes. Moments are integer sums
 //! ([`FaceSums`](aogrid_bake_core::FaceSums)), so neither threads nor tiles nor SIMD levels
 //! change a bit of them. Crossings arrive in the order of edges, all over the grid: their
-//! [deltas](delta_buffer) are buffered by groups of rows, and each group is counted and summed while it
+//! [deltas](data::DeltaBuffer) are buffered by groups of rows, and each group is counted and summed while it
 //! is in the L1 cache. Counters are bytes; an overflow is detected, and the group is counted
 //! again in 32 bits. The [SIMD levels](simd) describe the code for wide registers.
 
 mod batch;
-mod counters;
-mod crossings;
-mod delta_buffer;
-mod levels;
+mod data;
+mod job;
 mod moments;
 mod pass;
 mod row_hits;
 mod silhouettes;
 mod simd;
-mod summation;
+mod workspace;
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize};
@@ -85,13 +83,13 @@ use aogrid_grid_format::{FACE_SIZES, Sampling};
 use rayon::prelude::*;
 
 use crate::error::BakeError;
-use batch::Workspace;
-use counters::Tile;
+use data::Tile;
+use job::{SweepJob, SweepPass};
 use moments::GridMoments;
-use pass::{SweepJob, SweepPass};
 use row_hits::RowHits;
 use silhouettes::Silhouettes;
 use simd::SimdLevel;
+use workspace::Workspace;
 
 /// Bakes cube faces by the direction sweep; buffers are reused from bake to bake.
 pub struct Sweeper {
@@ -280,7 +278,7 @@ fn run(job: &SweepJob<'_>, silhouettes: &mut [Silhouettes; 3]) -> Result<(), Bak
             .par_iter()
             .zip(&mut silhouettes[..])
             .map(|(&((frame, row_hits), (first_row, n_rows)), silhouettes)| {
-                silhouettes.find(job, frame, first_row, n_rows);
+                silhouettes.find((job.mesh, job.simd_level), frame, first_row, n_rows);
                 SweepPass {
                     job,
                     frame,

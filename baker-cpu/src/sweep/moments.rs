@@ -7,11 +7,7 @@ use aogrid_bake_core::sweep::{AxisFrame, LANES};
 use aogrid_bake_core::{FaceSums, Moments};
 use rayon::prelude::*;
 
-use super::counters::Tile;
-use super::summation::TexelMoment;
-
-/// The number of summed quantities: occluded texels, and the four components of their moments.
-const QUANTITIES: usize = 5;
+use super::data::{QUANTITIES, RowMoments, Tile};
 
 /// The moments of a tile's cells, by row, then quantity, then cell.
 #[derive(Default)]
@@ -20,9 +16,6 @@ pub(super) struct TileMoments {
     /// Cells along a row, rounded up to a multiple of [`LANES`].
     stride: usize,
 }
-
-/// The moments of a row's cells.
-pub(super) struct RowMoments<'a>(pub [&'a mut [i32]; QUANTITIES]);
 
 impl TileMoments {
     /// Reserves space for a tile, before it is started or resumed. All sums are zero at its start.
@@ -39,17 +32,6 @@ impl TileMoments {
         RowMoments(std::array::from_fn(|_| {
             quantities.next().expect("a row has five quantities")
         }))
-    }
-}
-
-impl RowMoments<'_> {
-    #[inline(always)]
-    pub(super) fn accumulate(&mut self, cell: usize, count: u32, moment: &TexelMoment) {
-        let [counts, moments @ ..] = &mut self.0;
-        counts[cell] += count.cast_signed();
-        for (values, moment) in moments.iter_mut().zip(moment) {
-            values[cell] += moment;
-        }
     }
 }
 

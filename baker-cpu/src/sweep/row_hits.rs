@@ -7,10 +7,9 @@ use aogrid_bake_core::PreparedMesh;
 use aogrid_bake_core::sweep::{AxisFrame, LANES, RowClass, RowSearch};
 use rayon::prelude::*;
 
-use super::counters::Tile;
-use super::crossings::{Batch, End, Line, first_columns, row_side};
-use super::delta_buffer::{DeltaBuffer, LaneDeltas};
-use super::silhouettes::FacingInterval;
+use super::data::{
+    Batch, DeltaBuffer, End, FacingInterval, LaneDeltas, Line, Tile, first_columns, row_side,
+};
 
 /// A triangle and a row whose line meets it well away from its edges, and so in every batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

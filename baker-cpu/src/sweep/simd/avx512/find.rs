@@ -1,4 +1,4 @@
-//! Silhouettes of sixteen edges at a time: the SIMD version of [`SilhouetteSearch::run_portable`].
+//! Silhouettes of sixteen edges at a time: the SIMD version of [`silhouettes::find`](crate::sweep::simd::silhouettes::find).
 
 #![allow(
     unsafe_code,
@@ -10,9 +10,9 @@ use std::arch::x86_64::*;
 use aogrid_bake_core::sweep::LANES;
 
 use super::{append_facings, append_pairs, load_pairs, prefetch, unsigned};
-use crate::sweep::silhouettes::{SilhouetteList, SilhouetteSearch, TriangleFacing};
+use crate::sweep::data::{SilhouetteList, SilhouetteSearch, TriangleFacing};
 
-/// Searches as [`SilhouetteSearch::run_portable`]: silhouettes are gathered until there are
+/// Searches as [`silhouettes::find`](crate::sweep::simd::silhouettes::find): silhouettes are gathered until there are
 /// sixteen, and then distributed to the lists of all texel rows.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
 #[inline]
