@@ -1,8 +1,8 @@
-//! The two visibility algorithms and the choice between them, shared by all bakers.
+//! The two visibility algorithms, the choice between them and its reasons, shared by all bakers.
 
-use aogrid_grid_format::Sampling;
+use aogrid_grid_format::{GridSpec, Sampling};
 
-use crate::{BakeOptions, PrepareError};
+use crate::{BakeOptions, OptionsError, PrepareError, PreparedMesh, TriangleMesh};
 
 /// The algorithm that finds the visibility of a cell's directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,20 +49,170 @@ pub enum RayFallbackReason {
 /// earliest.
 const MAX_BOUNDARY_EDGES: usize = 15_000_000;
 
-impl RayFallbackReason {
-    /// Returns the reason that the options require ray casting, if they do.
-    pub fn of_options(options: &BakeOptions) -> Option<Self> {
-        match options.sampling {
-            Sampling::MonteCarlo { .. } => Some(Self::MonteCarlo),
-            Sampling::CubeFaces { .. } if options.max_distance.is_some() => Some(Self::MaxDistance),
-            Sampling::CubeFaces { .. } => None,
+/// The choice for one bake; see [`Plan::new`].
+#[derive(Debug)]
+pub enum Plan {
+    /// Bake by the direction sweep.
+    Sweep {
+        /// The mesh, prepared for the sweep.
+        mesh: PreparedMesh,
+        /// Texels along a side of a cube face.
+        size: u32,
+    },
+    /// Bake by ray casting.
+    Rays {
+        /// The reason, unless ray casting was requested.
+        fallback_reason: Option<RayFallbackReason>,
+    },
+}
+
+/// The reason that there is no [`Plan`] for a bake.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// An option is out of range.
+    #[error(transparent)]
+    Options(#[from] OptionsError),
+    /// The direction sweep was requested, but only ray casting supports this bake.
+    #[error("the sweep cannot bake this: {0}")]
+    NoSweep(RayFallbackReason),
+}
+
+impl Plan {
+    /// Validates the options and chooses the requested algorithm, or without a request the
+    /// direction sweep wherever it is supported and faster. Prepares the mesh for the sweep.
+    ///
+    /// # Errors
+    ///
+    /// An option is out of range, or the direction sweep was requested and does not support this
+    /// bake.
+    pub fn new(
+        mesh: &TriangleMesh,
+        spec: GridSpec,
+        options: &BakeOptions,
+        requested: Option<Algorithm>,
+    ) -> Result<Self, PlanError> {
+        options.validate()?;
+        if requested == Some(Algorithm::RayCasting) {
+            return Ok(Self::Rays {
+                fallback_reason: None,
+            });
+        }
+        match prepare_sweep(mesh, spec, options, requested.is_none()) {
+            Ok((mesh, size)) => Ok(Self::Sweep { mesh, size }),
+            Err(reason) if requested.is_some() => Err(PlanError::NoSweep(reason)),
+            Err(reason) => Ok(Self::Rays {
+                fallback_reason: Some(reason),
+            }),
         }
     }
+}
 
-    /// Returns the reason that a mesh with this many boundary edges is baked faster by ray casting,
-    /// if it is: a boundary edge is a silhouette for every direction, whereas only a few percent of
-    /// the edges of a connected mesh are.
-    pub fn of_counts(boundary_edges: usize) -> Option<Self> {
-        (boundary_edges > MAX_BOUNDARY_EDGES).then_some(Self::TooManyBoundaryEdges(boundary_edges))
+/// Returns the mesh prepared for the direction sweep and the size of a cube face, or the reason to
+/// use ray casting instead.
+fn prepare_sweep(
+    mesh: &TriangleMesh,
+    spec: GridSpec,
+    options: &BakeOptions,
+    only_if_faster: bool,
+) -> Result<(PreparedMesh, u32), RayFallbackReason> {
+    let size = match options.sampling {
+        Sampling::MonteCarlo { .. } => return Err(RayFallbackReason::MonteCarlo),
+        Sampling::CubeFaces { .. } if options.max_distance.is_some() => {
+            return Err(RayFallbackReason::MaxDistance);
+        }
+        Sampling::CubeFaces { size } => size,
+    };
+    let prepared =
+        PreparedMesh::new(mesh, spec, options.sample_offset).map_err(RayFallbackReason::Prepare)?;
+    match too_many(prepared.boundary_edges().len()) {
+        Some(reason) if only_if_faster => Err(reason),
+        _ => Ok((prepared, size)),
+    }
+}
+
+/// Returns the reason that a mesh with this many boundary edges is baked faster by ray casting, if
+/// it is: a boundary edge is a silhouette for every direction, whereas only a few percent of the
+/// edges of a connected mesh are.
+fn too_many(boundary_edges: usize) -> Option<RayFallbackReason> {
+    let is_slow = boundary_edges > MAX_BOUNDARY_EDGES;
+    is_slow.then_some(RayFallbackReason::TooManyBoundaryEdges(boundary_edges))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models::Model;
+    use crate::{Extent, Placement};
+
+    fn spec(mesh: &TriangleMesh, extent: Extent) -> GridSpec {
+        let resolution = [8; 3];
+        let placement = Placement { resolution, extent };
+        placement.place(&mesh.bounds()).unwrap()
+    }
+
+    #[test]
+    fn the_sweep_is_used_where_it_is_supported() {
+        let mesh = Model::Table.mesh(None).unwrap();
+        let placed = spec(&mesh, Extent::Epsilon(0.1));
+        let faces = BakeOptions::recommended();
+        let near = BakeOptions {
+            max_distance: Some(1.0),
+            ..faces
+        };
+        let random = BakeOptions {
+            sampling: Sampling::MonteCarlo { count: 10, seed: 1 },
+            ..faces
+        };
+        let tiny = spec(&mesh, Extent::HalfExtents([1e-4; 3]));
+        let reason = |spec, options: &BakeOptions| {
+            let plan = Plan::new(&mesh, spec, options, None).unwrap();
+            match plan {
+                Plan::Sweep { .. } => None,
+                Plan::Rays { fallback_reason } => fallback_reason,
+            }
+        };
+        assert_eq!(reason(placed, &faces), None);
+        assert_eq!(reason(placed, &near), Some(RayFallbackReason::MaxDistance));
+        assert_eq!(reason(placed, &random), Some(RayFallbackReason::MonteCarlo));
+        assert!(matches!(
+            reason(tiny, &faces),
+            Some(RayFallbackReason::Prepare(_))
+        ));
+        assert!(too_many(14_000_000).is_none());
+        assert!(too_many(16_000_000).is_some());
+    }
+
+    #[test]
+    fn a_requested_algorithm_is_used_or_refused() {
+        let mesh = Model::Table.mesh(None).unwrap();
+        let placed = spec(&mesh, Extent::Epsilon(0.1));
+        let faces = BakeOptions::recommended();
+        let plan = |options, requested| Plan::new(&mesh, placed, options, Some(requested));
+        let sweep = plan(&faces, Algorithm::DirectionSweep);
+        assert!(matches!(sweep, Ok(Plan::Sweep { size: 16, .. })));
+        let rays = plan(&faces, Algorithm::RayCasting);
+        assert!(matches!(
+            rays,
+            Ok(Plan::Rays {
+                fallback_reason: None
+            })
+        ));
+        let near = BakeOptions {
+            max_distance: Some(1.0),
+            ..faces
+        };
+        assert_eq!(
+            plan(&near, Algorithm::DirectionSweep).err(),
+            Some(PlanError::NoSweep(RayFallbackReason::MaxDistance))
+        );
+        let far = BakeOptions {
+            max_distance: Some(-1.0),
+            ..faces
+        };
+        assert_eq!(
+            plan(&far, Algorithm::RayCasting).err(),
+            Some(PlanError::Options(OptionsError::MaxDistance(-1.0)))
+        );
     }
 }

@@ -40,11 +40,12 @@ mod placement;
 pub mod post;
 pub mod prepared;
 mod raw_grid;
+pub mod sweep;
 mod warnings;
 
 pub mod mesh;
 
-pub use algorithm::{Algorithm, RayFallbackReason};
+pub use algorithm::{Algorithm, Plan, PlanError, RayFallbackReason};
 pub use face_bits::FaceBits;
 pub use face_sums::{FaceSums, FixedTexel, fixed_texels};
 pub use layers::SignedLayers;

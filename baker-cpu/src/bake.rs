@@ -1,66 +1,34 @@
-//! The bake of one grid, and its implementation by ray casting, which traces the sampled directions
-//! of every cell and reduces them to moments.
+//! The bake by ray casting: traces the sampled directions of every cell and reduces them to moments.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use aogrid_bake_core::cube_face::texels;
-use aogrid_bake_core::{BakeOptions, Moments, Observer, OptionsError, Progress};
-use aogrid_bake_core::{FaceSums, FixedTexel, fixed_texels};
-use aogrid_bake_core::{RawGrid, TriangleMesh};
+use aogrid_bake_core::{
+    BakeOptions, FaceSums, FixedTexel, Moments, Observer, PlanError, Progress, RawGrid,
+    fixed_texels,
+};
 use aogrid_grid_format::{GridSpec, Sampling};
 use rayon::prelude::*;
 
+use crate::error::BakeError;
 use crate::monte_carlo::CellDirections;
-use crate::{Baker, RayFallbackReason, RayScene};
-
-/// The reason that a bake failed.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum BakeError {
-    /// An option is out of range.
-    #[error(transparent)]
-    Options(#[from] OptionsError),
-    /// The observer cancelled the bake.
-    #[error("the bake was cancelled")]
-    Cancelled,
-    /// The direction sweep was requested, but only ray casting supports this bake.
-    #[error("the sweep cannot bake this: {0}")]
-    NoSweep(RayFallbackReason),
-}
-
-/// Bakes the moments of every cell of `spec` around `mesh` and reports progress to `observer`.
-///
-/// Uses the direction sweep if it supports the bake and is faster, otherwise ray casting. The
-/// result is bit-identical for any number of threads.
-///
-/// # Errors
-///
-/// An option is out of range, or the observer cancelled.
-pub fn bake(
-    mesh: &TriangleMesh,
-    spec: GridSpec,
-    options: &BakeOptions,
-    observer: Observer<'_>,
-) -> Result<RawGrid, BakeError> {
-    let mut baker = Baker::new(None);
-    baker.prepare(mesh, spec, options)?.bake(observer)
-}
+use crate::ray_scene::RayScene;
 
 impl RayScene {
-    /// Bakes a grid around this occluder's mesh by ray casting; see [`bake()`].
+    /// Bakes a grid around this occluder's mesh by ray casting; see [`bake()`](crate::bake()).
     ///
     /// The result has no signed layers; [`BakeOptions::layers`] computes them.
     ///
     /// # Errors
     ///
-    /// The same as [`bake()`].
+    /// The same as [`bake()`](crate::bake()).
     pub fn bake(
         &self,
         spec: GridSpec,
         options: &BakeOptions,
         observer: Observer<'_>,
     ) -> Result<RawGrid, BakeError> {
-        options.validate()?;
+        options.validate().map_err(PlanError::from)?;
         let sampler = Sampler::new(self, &spec, options);
         let directions = options.sampling.directions();
         let cells = match options.sampling {
@@ -198,9 +166,10 @@ mod tests {
     use std::ops::ControlFlow;
 
     use aogrid_bake_core::models::Model;
-    use aogrid_bake_core::{Placement, UNOBSERVED};
+    use aogrid_bake_core::{Placement, TriangleMesh, UNOBSERVED};
 
     use super::*;
+    use crate::bake;
 
     fn coarse() -> (TriangleMesh, GridSpec, BakeOptions) {
         let mesh = Model::Table.mesh(None).unwrap();

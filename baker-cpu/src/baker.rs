@@ -1,12 +1,14 @@
-//! The CPU baker: chooses between the direction sweep and ray casting.
+//! The CPU baker: one interface to the direction sweep and ray casting.
 
 use aogrid_bake_core::{
-    Algorithm, BakeOptions, Observer, PreparedMesh, RawGrid, RayFallbackReason, SignedLayers,
+    Algorithm, BakeOptions, Observer, Plan, PreparedMesh, RawGrid, RayFallbackReason, SignedLayers,
     TriangleMesh,
 };
-use aogrid_grid_format::{GridSpec, Sampling};
+use aogrid_grid_format::GridSpec;
 
-use crate::{BakeError, RayScene, Sweeper};
+use crate::error::BakeError;
+use crate::ray_scene::RayScene;
+use crate::sweep::Sweeper;
 
 /// Bakes by the direction sweep or by ray casting, and keeps its buffers for later bakes.
 pub struct Baker {
@@ -59,26 +61,23 @@ impl Baker {
         spec: GridSpec,
         options: &'a BakeOptions,
     ) -> Result<Prepared<'a>, BakeError> {
-        options.validate()?;
-        let rays = || PreparedAlgorithm::Rays {
-            occluder: RayScene::new(mesh),
-            layers: options.layers(mesh, spec),
-        };
-        let (algorithm, fallback_reason) = match self.requested {
-            Some(Algorithm::RayCasting) => (rays(), None),
-            requested => match prepare_sweep(mesh, spec, options, requested.is_none()) {
-                Ok((mesh, size)) => {
-                    let sweeper = &mut self.sweeper;
-                    let algorithm = PreparedAlgorithm::Sweep {
-                        sweeper,
-                        mesh,
-                        size,
-                    };
-                    (algorithm, None)
-                }
-                Err(why) if requested.is_some() => return Err(BakeError::NoSweep(why)),
-                Err(why) => (rays(), Some(why)),
-            },
+        let (algorithm, fallback_reason) = match Plan::new(mesh, spec, options, self.requested)? {
+            Plan::Sweep { mesh, size } => {
+                let sweeper = &mut self.sweeper;
+                let algorithm = PreparedAlgorithm::Sweep {
+                    sweeper,
+                    mesh,
+                    size,
+                };
+                (algorithm, None)
+            }
+            Plan::Rays { fallback_reason } => {
+                let algorithm = PreparedAlgorithm::Rays {
+                    occluder: RayScene::new(mesh),
+                    layers: options.layers(mesh, spec),
+                };
+                (algorithm, fallback_reason)
+            }
         };
         Ok(Prepared {
             spec,
@@ -86,27 +85,6 @@ impl Baker {
             algorithm,
             fallback_reason,
         })
-    }
-}
-
-/// Returns the mesh prepared for the direction sweep and the size of a cube face, or the reason to
-/// use ray casting instead.
-fn prepare_sweep(
-    mesh: &TriangleMesh,
-    spec: GridSpec,
-    options: &BakeOptions,
-    only_if_faster: bool,
-) -> Result<(PreparedMesh, u32), RayFallbackReason> {
-    let size = match (RayFallbackReason::of_options(options), options.sampling) {
-        (None, Sampling::CubeFaces { size }) => size,
-        (Some(why), _) => return Err(why),
-        (None, Sampling::MonteCarlo { .. }) => return Err(RayFallbackReason::MonteCarlo),
-    };
-    let prepared =
-        PreparedMesh::new(mesh, spec, options.sample_offset).map_err(RayFallbackReason::Prepare)?;
-    match RayFallbackReason::of_counts(prepared.boundary_edges().len()) {
-        Some(why) if only_if_faster => Err(why),
-        _ => Ok((prepared, size)),
     }
 }
 
@@ -151,75 +129,57 @@ impl Prepared<'_> {
     }
 }
 
+/// Bakes the moments of every cell of `spec` around `mesh` and reports progress to `observer`.
+///
+/// Uses the direction sweep if it supports the bake and is faster, otherwise ray casting. The
+/// result is bit-identical for any number of threads.
+///
+/// # Errors
+///
+/// An option is out of range, or the observer cancelled.
+pub fn bake(
+    mesh: &TriangleMesh,
+    spec: GridSpec,
+    options: &BakeOptions,
+    observer: Observer<'_>,
+) -> Result<RawGrid, BakeError> {
+    let mut baker = Baker::new(None);
+    baker.prepare(mesh, spec, options)?.bake(observer)
+}
+
 #[cfg(test)]
 mod tests {
     use aogrid_bake_core::models::Model;
-    use aogrid_bake_core::{Extent, Placement, UNOBSERVED};
+    use aogrid_bake_core::{Placement, UNOBSERVED};
 
     use super::*;
 
-    fn spec(mesh: &TriangleMesh, extent: Extent) -> GridSpec {
-        let resolution = [8; 3];
-        let placement = Placement { resolution, extent };
-        placement.place(&mesh.bounds()).unwrap()
-    }
-
     #[test]
-    fn the_sweep_is_used_where_it_is_supported() {
+    fn the_planned_algorithm_bakes() {
         let mesh = Model::Table.mesh(None).unwrap();
-        let placed = spec(&mesh, Extent::Epsilon(0.1));
+        let placement = Placement {
+            resolution: [8; 3],
+            ..Placement::default()
+        };
+        let spec = placement.place(&mesh.bounds()).unwrap();
         let faces = BakeOptions::recommended();
         let near = BakeOptions {
             max_distance: Some(1.0),
             ..faces
         };
-        let random = BakeOptions {
-            sampling: Sampling::MonteCarlo { count: 10, seed: 1 },
-            ..faces
-        };
-        let tiny = spec(&mesh, Extent::HalfExtents([1e-4; 3]));
-        let why = |spec, options: &BakeOptions| {
-            let mut baker = Baker::new(None);
+        let (sweep, rays) = (Algorithm::DirectionSweep, Algorithm::RayCasting);
+        let too_near = Some(RayFallbackReason::MaxDistance);
+        for (requested, options, algorithm, reason) in [
+            (None, &faces, sweep, None),
+            (None, &near, rays, too_near),
+            (Some(sweep), &faces, sweep, None),
+            (Some(rays), &faces, rays, None),
+        ] {
+            let mut baker = Baker::new(requested);
             let mut prepared = baker.prepare(&mesh, spec, options).unwrap();
-            let expected = match prepared.fallback_reason() {
-                None => Algorithm::DirectionSweep,
-                Some(_) => Algorithm::RayCasting,
-            };
-            assert_eq!(prepared.algorithm(), expected);
+            assert_eq!(prepared.algorithm(), algorithm);
+            assert_eq!(prepared.fallback_reason(), reason.as_ref());
             prepared.bake(UNOBSERVED).unwrap();
-            prepared.fallback_reason().cloned()
-        };
-        assert_eq!(why(placed, &faces), None);
-        assert_eq!(why(placed, &near), Some(RayFallbackReason::MaxDistance));
-        assert_eq!(why(placed, &random), Some(RayFallbackReason::MonteCarlo));
-        assert!(matches!(
-            why(tiny, &faces),
-            Some(RayFallbackReason::Prepare(_))
-        ));
-        assert!(RayFallbackReason::of_counts(14_000_000).is_none());
-        assert!(RayFallbackReason::of_counts(16_000_000).is_some());
-    }
-
-    #[test]
-    fn a_requested_algorithm_is_used_or_refused() {
-        let mesh = Model::Table.mesh(None).unwrap();
-        let placed = spec(&mesh, Extent::Epsilon(0.1));
-        let faces = BakeOptions::recommended();
-        let kernel = |requested| {
-            let mut baker = Baker::new(Some(requested));
-            baker.prepare(&mesh, placed, &faces).unwrap().algorithm()
-        };
-        assert_eq!(kernel(Algorithm::DirectionSweep), Algorithm::DirectionSweep);
-        assert_eq!(kernel(Algorithm::RayCasting), Algorithm::RayCasting);
-        let near = BakeOptions {
-            max_distance: Some(1.0),
-            ..faces
-        };
-        let mut baker = Baker::new(Some(Algorithm::DirectionSweep));
-        let refused = baker.prepare(&mesh, placed, &near).map(|p| p.algorithm());
-        assert_eq!(
-            refused,
-            Err(BakeError::NoSweep(RayFallbackReason::MaxDistance))
-        );
+        }
     }
 }

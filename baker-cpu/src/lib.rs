@@ -38,6 +38,7 @@
 
 mod bake;
 mod baker;
+mod error;
 mod monte_carlo;
 pub mod parity;
 mod quantized_rays;
@@ -45,9 +46,9 @@ mod ray_scene;
 mod sweep;
 mod triangle;
 
-pub use aogrid_bake_core::{Algorithm, RayFallbackReason};
-pub use bake::{BakeError, bake};
-pub use baker::{Baker, Prepared};
+pub use aogrid_bake_core::{Algorithm, PlanError, RayFallbackReason};
+pub use baker::{Baker, Prepared, bake};
+pub use error::BakeError;
 pub use quantized_rays::QuantizedMeshRays;
 pub use ray_scene::{Hit, RayScene};
 pub use sweep::Sweeper;

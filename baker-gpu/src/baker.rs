@@ -1,11 +1,9 @@
-//! One baker for the direction sweep and ray casting, and the choice between them; it mirrors the
-//! CPU's.
+//! The GPU baker: one interface to the direction sweep and ray casting; it mirrors the CPU's.
 
 use aogrid_bake_core::{
-    Algorithm, BakeOptions, Observer, PreparedMesh, RawGrid, RayFallbackReason, SignedLayers,
-    TriangleMesh,
+    Algorithm, BakeOptions, Observer, Plan, RawGrid, RayFallbackReason, SignedLayers, TriangleMesh,
 };
-use aogrid_grid_format::{Encoding, GridSpec, Sampling};
+use aogrid_grid_format::{Encoding, GridSpec};
 
 use crate::rays::{Caster, UploadedTree};
 use crate::sweep::{Sweeper, UploadedMesh};
@@ -13,7 +11,7 @@ use crate::{BakeError, Context};
 
 /// Bakes by the direction sweep or by ray casting, and keeps its pipelines and buffers.
 pub struct Baker {
-    choice: Option<Algorithm>,
+    requested: Option<Algorithm>,
     sweeper: Sweeper,
     caster: Caster,
 }
@@ -35,11 +33,11 @@ enum Uploaded<'a> {
 }
 
 impl Baker {
-    /// Creates a baker for the chosen algorithm. `None` takes the direction sweep wherever it is
+    /// Creates a baker for the requested algorithm. `None` takes the direction sweep wherever it is
     /// supported and faster.
-    pub fn new(context: &Context, choice: Option<Algorithm>) -> Self {
+    pub fn new(context: &Context, requested: Option<Algorithm>) -> Self {
         Self {
-            choice,
+            requested,
             sweeper: Sweeper::new(context),
             caster: Caster::new(context),
         }
@@ -56,52 +54,29 @@ impl Baker {
         spec: GridSpec,
         options: &'a BakeOptions,
     ) -> Result<Prepared<'a>, BakeError> {
-        options.validate()?;
-        let fallback_reason = match self.choice {
-            Some(Algorithm::RayCasting) => None,
-            choice => match prepare_sweep(mesh, spec, options, choice.is_none()) {
-                Ok((mesh, size)) => {
+        let (layers, uploaded, fallback_reason) =
+            match Plan::new(mesh, spec, options, self.requested)? {
+                Plan::Sweep { mesh, size } => {
                     let layers = options.layers_of(&mesh);
                     let uploaded = Box::new(self.sweeper.upload(mesh)?);
-                    return Ok(Prepared {
-                        options,
+                    (
                         layers,
-                        uploaded: Uploaded::Sweep(&mut self.sweeper, uploaded, size),
-                        fallback_reason: None,
-                    });
+                        Uploaded::Sweep(&mut self.sweeper, uploaded, size),
+                        None,
+                    )
                 }
-                Err(reason) if choice.is_some() => return Err(BakeError::NoSweep(reason)),
-                Err(reason) => Some(reason),
-            },
-        };
-        let uploaded = self.caster.upload(mesh, spec, options.sample_offset)?;
+                Plan::Rays { fallback_reason } => {
+                    let uploaded = self.caster.upload(mesh, spec, options.sample_offset)?;
+                    let uploaded = Uploaded::Rays(&mut self.caster, uploaded);
+                    (options.layers(mesh, spec), uploaded, fallback_reason)
+                }
+            };
         Ok(Prepared {
             options,
-            layers: options.layers(mesh, spec),
-            uploaded: Uploaded::Rays(&mut self.caster, uploaded),
+            uploaded,
+            layers,
             fallback_reason,
         })
-    }
-}
-
-/// Prepares the mesh for the direction sweep. Returns it with the face size, or the reason why
-/// rays must be cast instead.
-fn prepare_sweep(
-    mesh: &TriangleMesh,
-    spec: GridSpec,
-    options: &BakeOptions,
-    only_if_faster: bool,
-) -> Result<(PreparedMesh, u32), RayFallbackReason> {
-    let size = match (RayFallbackReason::of_options(options), options.sampling) {
-        (None, Sampling::CubeFaces { size }) => size,
-        (Some(reason), _) => return Err(reason),
-        (None, Sampling::MonteCarlo { .. }) => return Err(RayFallbackReason::MonteCarlo),
-    };
-    let prepared =
-        PreparedMesh::new(mesh, spec, options.sample_offset).map_err(RayFallbackReason::Prepare)?;
-    match RayFallbackReason::of_counts(prepared.boundary_edges().len()) {
-        Some(reason) if only_if_faster => Err(reason),
-        _ => Ok((prepared, size)),
     }
 }
 

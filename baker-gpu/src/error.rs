@@ -1,21 +1,18 @@
 //! The errors of a bake on the GPU.
 
-use aogrid_bake_core::{OptionsError, RayFallbackReason};
+use aogrid_bake_core::PlanError;
 
-/// An error of a bake on the GPU. After any of these except an invalid option and cancellation,
-/// the caller may bake on the CPU instead.
+/// An error of a bake on the GPU. After any of these except a refused plan and cancellation, the
+/// caller may bake on the CPU instead.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BakeError {
-    /// An option out of its range.
+    /// The bake was refused before it began, for a reason that does not depend on the device.
     #[error(transparent)]
-    Options(#[from] OptionsError),
+    Plan(#[from] PlanError),
     /// The observer cancelled the bake.
     #[error("the bake was cancelled")]
     Cancelled,
-    /// The direction sweep was requested for a bake that only ray casting supports.
-    #[error("the sweep cannot bake this: {0}")]
-    NoSweep(RayFallbackReason),
     /// A buffer would exceed the device's limit on storage buffer bindings.
     #[error(
         "{what} take {bytes} bytes, and this GPU binds at most {limit} bytes to a shader: bake on \

@@ -52,7 +52,7 @@ mod store;
 mod sweep;
 mod work;
 
-pub use aogrid_bake_core::{Algorithm, RayFallbackReason};
+pub use aogrid_bake_core::{Algorithm, PlanError, RayFallbackReason};
 pub use baker::{Baker, Prepared};
 pub use context::{AdapterSelector, Context, ContextError, adapters};
 pub use error::BakeError;

@@ -80,7 +80,7 @@ impl Backend {
 
     /// Creates a backend that runs the CPU's sweep at one SIMD level.
     pub fn sweep_at_level(level: &str) -> Self {
-        let sweeper = cpu::Sweeper::with_instructions(level).unwrap_or_default();
+        let sweeper = cpu::Sweeper::with_simd_level(level).unwrap_or_default();
         let algorithm = Some(Algorithm::DirectionSweep);
         Self {
             cpu: cpu::Baker::with_sweeper(algorithm, sweeper),
@@ -142,8 +142,8 @@ impl Backend {
 
     /// Whether the CPU may bake instead: the failure is the GPU's own and the request allows it.
     fn may_fall_back(&self, failure: &gpu::BakeError) -> bool {
-        use gpu::BakeError::{Cancelled, NoSweep, Options};
-        let is_independent_of_gpu = matches!(failure, Cancelled | NoSweep(_) | Options(_));
+        use gpu::BakeError::{Cancelled, Plan};
+        let is_independent_of_gpu = matches!(failure, Cancelled | Plan(_));
         !is_independent_of_gpu && !matches!(self.request, BackendRequest::Gpu(_))
     }
 

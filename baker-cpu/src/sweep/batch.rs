@@ -1,15 +1,14 @@
 //! A batch: all directions of one slope b, in one tile of the grid.
 
-use super::counters::{Layout, MAX_GROUP_COUNTERS, Tile};
-use super::crossings::{Batch, EDGE_CHUNK, EdgeBuffer, SilhouetteChunk};
-use super::frame::{AxisFrame, LANES};
-use super::instructions::{Simd, SimdKernel};
-use super::levels::Levels;
-use super::pass::SweepPass;
-use super::silhouettes::{EdgeFacing, FacingInterval};
-use super::steps::{ByteCounters, DeltaBuffer, GroupCounters};
-use super::summation::{self, Mask};
-use super::sums::TileMoments;
+use aogrid_bake_core::sweep::LANES;
+
+use super::data::{
+    Batch, EDGE_CHUNK, EdgeFacing, FacingInterval, GroupCounters, Layout, Levels, SilhouetteChunk,
+    Tile, block_texels,
+};
+use super::job::SweepPass;
+use super::simd::{Simd, SimdKernel, is_zero, masks};
+use super::workspace::Workspace;
 
 /// The work of one batch in one tile, compiled for each SIMD level.
 pub(super) struct BatchKernel<'a> {
@@ -52,7 +51,7 @@ impl SimdKernel for BatchKernel<'_> {
 impl BatchKernel<'_> {
     #[inline(always)]
     fn rank<S: Simd>(&mut self, simd: S, levels: &Levels) {
-        let AxisFrame { v, w, .. } = *self.pass.frame;
+        let [_, v, w] = self.pass.frame.axes;
         let by_axis = &self.pass.job.vertices.by_axis;
         let ranks = &mut self.workspace.ranks;
         ranks.resize(by_axis[v].len(), 0);
@@ -126,7 +125,7 @@ impl BatchKernel<'_> {
         let pass = self.pass;
         let b = pass.first_row + self.row as u32;
         let lookups: Vec<_> = (0..pass.frame.blocks())
-            .map(|block| summation::block_texels(pass.job.texels, pass.frame, b, block))
+            .map(|block| block_texels(pass.job.texels, pass.frame, b, block))
             .map(|texels| simd.mask_lookup(&texels))
             .collect();
         self.workspace.moments.reserve_tile(pass.frame, self.tile);
@@ -147,12 +146,14 @@ impl BatchKernel<'_> {
                 GroupCounters::Narrow => {
                     for (idx, strip) in strips.enumerate() {
                         let Workspace {
-                            counters, masks, ..
+                            counters,
+                            masks: strip_masks,
+                            ..
                         } = &mut *self.workspace;
                         let counters = &mut counters[idx * layout.strip()..][..layout.strip()];
-                        if !summation::is_zero(counters) {
-                            if simd.narrow_masks(counters, masks) {
-                                summation::masks(counters, masks);
+                        if !is_zero(counters) {
+                            if simd.narrow_masks(counters, strip_masks) {
+                                masks(counters, strip_masks);
                             }
                             counters.fill(0);
                             self.accumulate(simd, strip, &lookups);
@@ -161,7 +162,7 @@ impl BatchKernel<'_> {
                 }
                 GroupCounters::Wide(counters) => {
                     for (strip, counters) in strips.zip(counters.chunks_exact(layout.strip())) {
-                        summation::masks(counters, &mut self.workspace.masks);
+                        masks(counters, &mut self.workspace.masks);
                         self.accumulate(simd, strip, &lookups);
                     }
                 }
@@ -177,33 +178,5 @@ impl BatchKernel<'_> {
         simd.accumulate(&lookups[block], masks, moments.row(row));
         let b = self.pass.first_row + self.row as u32;
         self.pass.record_bits(self.tile, (row, b, block), masks);
-    }
-}
-
-/// The buffers of one thread.
-pub(super) struct Workspace {
-    ranks: Vec<i32>,
-    edges: EdgeBuffer,
-    deltas: DeltaBuffer,
-    /// All zero between groups.
-    counters: Box<ByteCounters>,
-    masks: Vec<Mask>,
-    /// The moments of a tile's cells: all zero between tiles.
-    pub moments: TileMoments,
-}
-
-impl Default for Workspace {
-    fn default() -> Self {
-        let counters = vec![0; MAX_GROUP_COUNTERS].into_boxed_slice();
-        Self {
-            ranks: Vec::new(),
-            edges: EdgeBuffer::default(),
-            deltas: DeltaBuffer::default(),
-            counters: counters
-                .try_into()
-                .expect("the length is MAX_GROUP_COUNTERS"),
-            masks: Vec::new(),
-            moments: TileMoments::default(),
-        }
     }
 }

@@ -28,16 +28,16 @@
 //!
 //! 1. **Batches.** A batch is an axis w and a slope b: the `size` directions (a, b, 1) and their
 //!    opposites. All share the planes of the rows. Threads take the 3 × `size` batches in turn.
-//! 2. **[Levels](levels).** Row (j, k) lies in the plane V − b·W = j − k·b. Each vertex gets a
+//! 2. **[Levels](data::Levels).** Row (j, k) lies in the plane V − b·W = j − k·b. Each vertex gets a
 //!    rank among these planes; an edge crosses exactly those between the ranks of its ends.
 //! 3. **[Silhouettes](silhouettes).** A triangle faces d or not, by sign(n·d). Each of its edges,
 //!    on its own, begins or ends a layer there. The two triangles of an edge cancel unless one
 //!    faces d and the other does not. None of this requires a closed mesh or consistent winding:
 //!    the sum over half-edges is right for any triangles, only fewer edges cancel.
-//! 4. **[Crossings](crossings).** An edge crosses a level at one point, shared by all
+//! 4. **[Crossings](simd::crossings).** An edge crosses a level at one point, shared by all
 //!    directions of the batch; the first cell that it affects is ⌈u − height·a⌉.
-//! 5. **[Row hits](piercings)** are found once per axis, in exact integers.
-//! 6. **[Summation](summation)** runs along the row and adds to the cells' moments.
+//! 5. **[Row hits](row_hits)** are found once per axis, in exact integers.
+//! 6. **[Summation](simd::summation)** runs along the row and adds to the cells' moments.
 //!
 //! No row ends with a layer that never closes, a *streak*. A triangle crosses a level with two
 //! edges or none, because it has three vertices and each has one rank. The two edges add opposite
@@ -58,39 +58,38 @@
 //! A [`Sweeper`] owns the buffers and is kept between bakes. Moments are integer sums
 //! ([`FaceSums`](aogrid_bake_core::FaceSums)), so neither threads nor tiles nor SIMD levels
 //! change a bit of them. Crossings arrive in the order of edges, all over the grid: their
-//! [deltas](steps) are buffered by groups of rows, and each group is counted and summed while it
+//! [deltas](data::DeltaBuffer) are buffered by groups of rows, and each group is counted and summed while it
 //! is in the L1 cache. Counters are bytes; an overflow is detected, and the group is counted
-//! again in 32 bits. The [SIMD levels](instructions) describe the code for wide registers.
+//! again in 32 bits. The [SIMD levels](simd) describe the code for wide registers.
 
 mod batch;
-mod counters;
-mod crossings;
-mod frame;
-mod instructions;
-mod levels;
+mod data;
+mod job;
+mod moments;
 mod pass;
-mod piercings;
+mod row_hits;
 mod silhouettes;
-mod steps;
-mod summation;
-mod sums;
+mod simd;
+mod workspace;
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize};
 
-use aogrid_bake_core::{FaceBits, FixedTexel, Observer, PreparedMesh, RawGrid, fixed_texels};
+use aogrid_bake_core::sweep::AxisFrame;
+use aogrid_bake_core::{
+    FaceBits, FixedTexel, Observer, OptionsError, PlanError, PreparedMesh, RawGrid, fixed_texels,
+};
 use aogrid_grid_format::{FACE_SIZES, Sampling};
 use rayon::prelude::*;
 
-use crate::BakeError;
-use batch::Workspace;
-use counters::Tile;
-use frame::AxisFrame;
-use instructions::SimdLevel;
-use pass::{SweepJob, SweepPass};
-use piercings::RowHits;
+use crate::error::BakeError;
+use data::Tile;
+use job::{SweepJob, SweepPass};
+use moments::GridMoments;
+use row_hits::RowHits;
 use silhouettes::Silhouettes;
-use sums::GridMoments;
+use simd::SimdLevel;
+use workspace::Workspace;
 
 /// Bakes cube faces by the direction sweep; buffers are reused from bake to bake.
 pub struct Sweeper {
@@ -143,14 +142,14 @@ impl Sweeper {
 
     /// Returns the SIMD levels that this machine has and the sweep supports, the best first:
     /// `avx512`, `avx2`, and always `portable`. All give bit-identical results.
-    pub fn instruction_sets() -> Vec<&'static str> {
+    pub fn simd_levels() -> Vec<&'static str> {
         let levels = SimdLevel::available().into_iter();
         levels.map(SimdLevel::name).collect()
     }
 
-    /// Returns a sweeper for one of [`Sweeper::instruction_sets`], to compare them; `None` if this
+    /// Returns a sweeper for one of [`Sweeper::simd_levels`], to compare them; `None` if this
     /// machine has no SIMD level of that name.
-    pub fn with_instructions(name: &str) -> Option<Self> {
+    pub fn with_simd_level(name: &str) -> Option<Self> {
         let mut levels = SimdLevel::available().into_iter();
         levels.find(|level| level.name() == name).map(Self::with)
     }
@@ -208,7 +207,7 @@ impl Sweeper {
         observer: Observer<'_>,
     ) -> Result<RawGrid, BakeError> {
         if !FACE_SIZES.contains(&size) {
-            return Err(aogrid_bake_core::OptionsError::FaceSize(size).into());
+            return Err(PlanError::from(OptionsError::FaceSize(size)).into());
         }
         // Enter the thread pool once: each parallel loop started from outside has to wake a worker.
         rayon::scope(|_| self.sweep(mesh, size, bits, observer))
@@ -262,7 +261,7 @@ const MAX_EDGES_FOR_PARALLEL_PASSES: usize = 1 << 19;
 
 /// Runs all passes: one at a time, or as many in parallel as there are silhouette buffers.
 fn run(job: &SweepJob<'_>, silhouettes: &mut [Silhouettes; 3]) -> Result<(), BakeError> {
-    let frames = [0, 1, 2].map(|w| AxisFrame::new(job.mesh, w, job.size));
+    let frames = [0, 1, 2].map(|w| AxisFrame::new(job.mesh.spec(), w, job.size));
     let row_hits = RowHits::all(job.mesh, &frames);
     let axes = || frames.iter().zip(&row_hits);
     let passes: Vec<_> = SweepPass::rows(job.size)
@@ -279,7 +278,7 @@ fn run(job: &SweepJob<'_>, silhouettes: &mut [Silhouettes; 3]) -> Result<(), Bak
             .par_iter()
             .zip(&mut silhouettes[..])
             .map(|(&((frame, row_hits), (first_row, n_rows)), silhouettes)| {
-                silhouettes.find(job, frame, first_row, n_rows);
+                silhouettes.find((job.mesh, job.simd_level), frame, first_row, n_rows);
                 SweepPass {
                     job,
                     frame,

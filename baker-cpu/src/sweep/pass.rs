@@ -1,49 +1,15 @@
 //! A pass: the batches of one axis and up to sixteen texel rows, distributed over threads.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard};
+use std::sync::MutexGuard;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-use aogrid_bake_core::{FaceBits, FixedTexel, Observer, PreparedMesh, Progress};
+use aogrid_bake_core::Progress;
 use rayon::prelude::*;
 
-use super::VertexPositions;
-use super::batch::{BatchKernel, Workspace};
-use super::counters::Tile;
-use super::frame::{AxisFrame, LANES};
-use super::instructions::SimdLevel;
-use super::piercings::RowHits;
-use super::silhouettes::Silhouettes;
-use super::summation::{self, Mask};
-use super::sums::GridMoments;
-use crate::BakeError;
-
-/// The data that all passes of a bake share.
-pub(super) struct SweepJob<'a> {
-    pub mesh: &'a PreparedMesh,
-    pub simd_level: SimdLevel,
-    /// Texels along a face's side.
-    pub size: u32,
-    /// The texels of all six faces.
-    pub texels: &'a [FixedTexel],
-    pub vertices: &'a VertexPositions,
-    pub workspaces: &'a Mutex<Vec<Workspace>>,
-    pub grid_moments: &'a Mutex<GridMoments>,
-    pub bits: Option<&'a Mutex<FaceBits>>,
-    pub observer: Observer<'a>,
-    pub done: AtomicUsize,
-    pub cancelled: AtomicBool,
-}
-
-/// A pass: see the [module](self).
-pub(super) struct SweepPass<'a> {
-    pub job: &'a SweepJob<'a>,
-    pub frame: &'a AxisFrame,
-    pub row_hits: &'a RowHits,
-    pub tiles: Vec<Tile>,
-    pub first_row: u32,
-    pub n_rows: usize,
-    pub silhouettes: &'a Silhouettes,
-}
+use super::batch::BatchKernel;
+use super::job::{SweepJob, SweepPass};
+use super::workspace::Workspace;
+use crate::error::BakeError;
 
 impl SweepJob<'_> {
     /// Runs some passes on all threads.
@@ -107,42 +73,5 @@ impl SweepJob<'_> {
         if (self.observer)(Progress { done, total }).is_break() {
             self.cancelled.store(true, Ordering::Relaxed);
         }
-    }
-}
-
-impl<'a> SweepPass<'a> {
-    /// Returns the passes of an axis: the first texel row of each, and its number of rows.
-    pub(super) fn rows(size: u32) -> impl Iterator<Item = (u32, usize)> {
-        let starts = (0..size).step_by(LANES);
-        starts.map(move |first| (first, (size - first).min(LANES as u32) as usize))
-    }
-
-    /// Records the occluded texels of a strip's masks, if the caller asked for bits.
-    pub(super) fn record_bits(
-        &self,
-        tile: &Tile,
-        (row, b, block): (usize, u32, usize),
-        masks: &[Mask],
-    ) {
-        let Some(bits) = self.job.bits else {
-            return;
-        };
-        let mut bits = bits.lock().expect("no thread has panicked");
-        for (i, &mask) in masks[..self.frame.n[0] as usize].iter().enumerate() {
-            let cell = self.cell_idx(tile, row, i);
-            for bit in (0..Mask::BITS as usize).filter(|bit| mask >> bit & 1 != 0) {
-                if let Some(texel) = summation::texel_of(self.frame, b, block, bit) {
-                    bits.set(cell, texel);
-                }
-            }
-        }
-    }
-
-    fn cell_idx(&self, tile: &Tile, row: usize, i: usize) -> usize {
-        let mut cell = [0; 3];
-        cell[self.frame.u] = i as u32;
-        cell[self.frame.v] = tile.j.start + (row % tile.j.len()) as u32;
-        cell[self.frame.w] = tile.k.start + (row / tile.j.len()) as u32;
-        self.job.mesh.spec().cell_idx(cell)
     }
 }

@@ -13,7 +13,7 @@ mod job;
 mod shaders;
 mod tree;
 
-use aogrid_bake_core::{BakeOptions, FaceBits, Observer, RawGrid, TriangleMesh};
+use aogrid_bake_core::{BakeOptions, FaceBits, Observer, PlanError, RawGrid, TriangleMesh};
 use aogrid_grid_format::{GridSpec, Sampling};
 use wgpu::{Buffer, BufferUsages};
 
@@ -185,7 +185,7 @@ impl Caster {
         directions: bool,
         observer: Observer<'_>,
     ) -> Result<(RawGrid, FaceBits), BakeError> {
-        options.validate()?;
+        options.validate().map_err(PlanError::from)?;
         self.check_ray_count(options.sampling)?;
         let Self {
             context,

@@ -3,15 +3,16 @@
 
 use std::ops::Range;
 
-use aogrid_bake_core::{FaceBits, FaceSums, FixedTexel, RawGrid, cube_face, fixed_texels};
+use aogrid_bake_core::sweep::texel_idx;
+use aogrid_bake_core::{FaceBits, FaceSums, FixedTexel, RawGrid, fixed_texels};
 use aogrid_grid_format::Sampling;
 use wgpu::Buffer;
 
 use super::gpu_data::SUBSET_SUMS;
 use super::kernels::Kernels;
 use super::pass::{PassBindings, PassInputs};
-use super::piercings::RowHitSearch;
-use super::plan::{Brick, LANES, MemoryBudget, Pass, counter_bytes};
+use super::plan::{Brick, MemoryBudget, Pass, counter_bytes};
+use super::row_hits::RowHitSearch;
 use super::{KernelCache, Request, UploadedMesh};
 use crate::BakeError;
 use crate::store::BufferPool;
@@ -136,12 +137,7 @@ impl<'a> Bake<'a> {
             .encoder()
             .clear_buffer(&buffers.overflowed, 0, None);
 
-        let search = RowHitSearch::new(
-            mesh,
-            brick,
-            self.request.size,
-            self.mesh.buffers.max_coordinates(),
-        );
+        let search = RowHitSearch::new(mesh, brick, self.request.size);
         let batches = search.batches();
         // Mostly all candidates fit in one batch, which is then found once for all axes.
         let all_candidates = match &batches[..] {
@@ -310,11 +306,6 @@ fn cell_of(brick: &Brick, local: u32) -> [u32; 3] {
 /// of the face.
 fn texel_of(size: u32, pass: &Pass, batch: u32, bit: u32) -> Option<usize> {
     let b = pass.first_row + batch / pass.n_blocks;
-    let a = (pass.first_block + batch % pass.n_blocks) * LANES + bit % LANES;
-    // The upper half of a mask holds the opposite directions, on the opposite face.
-    let opposite = |i: u32| size - 1 - i;
-    (a < size).then(|| match bit < LANES {
-        true => cube_face::texel_idx(size, pass.w, true, [a, b]),
-        false => cube_face::texel_idx(size, pass.w, false, [opposite(a), opposite(b)]),
-    })
+    let block = pass.first_block + batch % pass.n_blocks;
+    texel_idx(size, pass.w, b, block as usize, bit as usize)
 }

@@ -64,7 +64,7 @@ pub(super) struct Bucket {
     pub start: u32,
 }
 
-/// `RowHitCandidate` of `piercings.wgsl`.
+/// `RowHitCandidate` of `row_hits.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub(super) struct RowHitCandidate {
@@ -139,12 +139,8 @@ mod tests {
             ("edges", offset_of!(RowHitCandidate, edges)),
             ("unused", offset_of!(RowHitCandidate, unused)),
         ];
-        let piercings = shader("sweep: piercings");
-        assert_layout(
-            piercings,
-            "RowHitCandidate",
-            size_of::<RowHitCandidate>(),
-            &candidate,
-        );
+        let size = size_of::<RowHitCandidate>();
+        let row_hits = shader("sweep: piercings");
+        assert_layout(row_hits, "RowHitCandidate", size, &candidate);
     }
 }

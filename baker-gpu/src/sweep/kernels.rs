@@ -130,16 +130,16 @@ fn crossings(wide: bool) -> Shader {
 
 fn row_hits(wide: bool) -> Shader {
     let constants = with_counters(wide)
-        .unsigned("ABOVE", super::piercings::ABOVE)
-        .unsigned("ABOVE_IF_UP", super::piercings::ABOVE_IF_UP)
-        .unsigned("ABOVE_IF_DOWN", super::piercings::ABOVE_IF_DOWN);
+        .unsigned("ABOVE", super::row_hits::ABOVE)
+        .unsigned("ABOVE_IF_UP", super::row_hits::ABOVE_IF_UP)
+        .unsigned("ABOVE_IF_DOWN", super::row_hits::ABOVE_IF_DOWN);
     Shader {
         name: if wide {
             "sweep: wide piercings"
         } else {
             "sweep: piercings"
         },
-        source: constants.before(&[CHUNK, FRAME, COUNTERS, include_str!("piercings.wgsl")]),
+        source: constants.before(&[CHUNK, FRAME, COUNTERS, include_str!("row_hits.wgsl")]),
         entry_point: "piercings",
     }
 }

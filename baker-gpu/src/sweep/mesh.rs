@@ -59,12 +59,6 @@ impl MeshBuffers {
             edge_cells: edge_cells(mesh),
         })
     }
-
-    /// Returns the largest magnitude of a coordinate along each axis, in cells.
-    pub(super) fn max_coordinates(&self) -> [f64; 3] {
-        let [low, high] = self.bounds;
-        std::array::from_fn(|x| low[x].abs().max(high[x].abs()))
-    }
 }
 
 /// Returns all x, then all y, then all z, so that neighboring invocations read neighboring

@@ -25,7 +25,7 @@
 //! `crossings` and `piercings` must agree on the side of a row on which an edge passes; both
 //! evaluate the same expression in exact integers. Every layer that begins along a row therefore
 //! also ends: rounding moves a delta by at most one cell and never leaves a streak.
-//! [`piercings`](mod@piercings) has the argument.
+//! [`row_hits`](mod@row_hits) has the argument.
 //!
 //! # Practice
 //!
@@ -36,15 +36,15 @@
 mod bake;
 mod gpu_data;
 mod kernels;
+mod levels;
 mod mesh;
 mod pass;
-mod piercings;
 mod plan;
-mod view;
+mod row_hits;
 
 use std::sync::OnceLock;
 
-use aogrid_bake_core::{FaceBits, Observer, PreparedMesh, RawGrid};
+use aogrid_bake_core::{FaceBits, Observer, OptionsError, PlanError, PreparedMesh, RawGrid};
 use aogrid_grid_format::FACE_SIZES;
 
 use crate::pace::SubmissionPacer;
@@ -166,7 +166,7 @@ impl Sweeper {
     ) -> Result<(RawGrid, FaceBits), BakeError> {
         let size = request.size;
         if !FACE_SIZES.contains(&size) {
-            return Err(aogrid_bake_core::OptionsError::FaceSize(size).into());
+            return Err(PlanError::from(OptionsError::FaceSize(size)).into());
         }
         // Take the buffers out, so that a bake that ends early drops them: its counters are not
         // zero.

@@ -5,8 +5,8 @@ use wgpu::{Buffer, BufferUsages};
 use super::bake::{Bake, Buffers};
 use super::gpu_data::{self, Frame, TABLE_LEN};
 use super::kernels::Kernels;
+use super::levels::{Levels, padded_bounds};
 use super::plan::{Brick, LANES, Pass};
-use super::view::AxisFrame;
 use crate::BakeError;
 use crate::shaders::WORKGROUP;
 use crate::work::Extent;
@@ -59,8 +59,9 @@ pub(super) struct PassBindings<'a> {
 impl<'a> PassBindings<'a> {
     pub(super) fn new(bake: &Bake<'_>, inputs: &'a PassInputs<'a>, kernels: &'a Kernels) -> Self {
         let mesh = &bake.mesh.prepared;
-        let axis_frame = AxisFrame::new(mesh, inputs.brick, inputs.pass.w, bake.request.size);
-        let table = axis_frame.levels(inputs.pass);
+        let size = bake.request.size;
+        let axis_frame = inputs.brick.frame(mesh.spec(), inputs.pass.w, size);
+        let table = Levels::new(&axis_frame, inputs.pass);
         // The tables are padded to the size that the shaders declare.
         let uniform = |label, bytes: &[u8], size: usize| {
             let mut padded = bytes.to_vec();
@@ -71,7 +72,7 @@ impl<'a> PassBindings<'a> {
         let edge = bake.mesh.buffers.edge_cells;
         let edge_levels =
             (edge[v] + axis_frame.shear[1] * edge[w]) * f64::from(axis_frame.cells[2]);
-        let [mesh_low, mesh_high] = axis_frame.padded_bounds(bake.mesh.buffers.bounds);
+        let [mesh_low, mesh_high] = padded_bounds(&axis_frame, bake.mesh.buffers.bounds);
         let data = Frame {
             piece_bits: deltas_per_piece(table.n_ranks).ilog2(),
             mesh_low,
@@ -82,7 +83,7 @@ impl<'a> PassBindings<'a> {
             n_edges: bake.mesh.buffers.n_edges,
             n_parts: n_parts(bake.mesh.buffers.n_edges, inputs.pass, edge_levels),
             rows_per_workgroup: rows_per_workgroup(bake.mesh.buffers.n_edges, inputs.pass),
-            ..axis_frame.uniforms(inputs.pass, &table, mesh.lattice().bits())
+            ..table.uniforms(&axis_frame, inputs.pass, mesh.lattice().bits())
         };
         let table_bytes = TABLE_LEN * 16;
         Self {

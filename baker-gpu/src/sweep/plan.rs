@@ -1,12 +1,13 @@
 //! The division of a grid into work that fits the device's buffers: into bricks of cells, and for
 //! each brick and axis into passes over some rows and blocks of texels.
 
+use aogrid_bake_core::sweep::{self, AxisFrame};
 use aogrid_grid_format::GridSpec;
 
 use super::gpu_data::{MAX_BATCHES, MAX_ROWS, TABLE_LEN};
 
-/// The number of directions of a block, along a row of texels of a face: half the bits of a mask.
-pub(super) const LANES: u32 = 16;
+/// The number of directions of a block, as shaders count.
+pub(super) const LANES: u32 = sweep::LANES as u32;
 
 /// The largest number of cells of a brick along an axis. 16 bits then hold every sum of a row's
 /// bytes, and a table has an entry for each k of every row of texels.
@@ -54,6 +55,11 @@ impl Brick {
             }
         }
         bricks
+    }
+
+    /// Returns the frame of the brick along the axis `w`.
+    pub(super) fn frame(&self, spec: &GridSpec, w: usize, size: u32) -> AxisFrame {
+        AxisFrame::of_box(spec, self.first, self.cells, w, size)
     }
 
     pub(super) fn cell_count(&self) -> u32 {

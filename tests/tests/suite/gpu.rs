@@ -3,7 +3,7 @@ use std::ops::ControlFlow;
 use aogrid_bake_core::models::Model;
 use aogrid_bake_core::post::Classification;
 use aogrid_bake_core::{
-    Algorithm, BakeOptions, FaceBits, Placement, PreparedMesh, Progress, RawGrid,
+    Algorithm, BakeOptions, FaceBits, Placement, PlanError, PreparedMesh, Progress, RawGrid,
     RayFallbackReason, TriangleMesh, UNOBSERVED, mesh, post,
 };
 use aogrid_baker_cpu::RayScene;
@@ -291,7 +291,7 @@ fn the_algorithm_is_chosen_as_on_the_cpu() {
     let refused = sweep.prepare(&mesh, spec, &near).err();
     assert_eq!(
         refused,
-        Some(BakeError::NoSweep(RayFallbackReason::MaxDistance))
+        Some(PlanError::NoSweep(RayFallbackReason::MaxDistance).into())
     );
 }
 

@@ -214,7 +214,7 @@ fn measured_backends(args: &Args) -> anyhow::Result<Vec<(Backend, Option<&'stati
     };
     let mut all = Vec::new();
     if with_cpu && args.instructions && algorithms.contains(&Algorithm::DirectionSweep) {
-        let levels = Sweeper::instruction_sets().into_iter();
+        let levels = Sweeper::simd_levels().into_iter();
         all.extend(levels.map(|level| (Backend::sweep_at_level(level), Some(level))));
     } else if with_cpu {
         all.extend(each(Device::Cpu, BackendRequest::Cpu));

@@ -7,8 +7,8 @@
 
 use std::arch::x86_64::*;
 
-use super::{BlockTexels, Mask, RegisterLookup, RowMoments, Simd, SimdKernel};
-use crate::sweep::counters::COLUMN;
+use super::{RegisterLookup, Simd, SimdKernel};
+use crate::sweep::data::{BlockTexels, COLUMN, Mask, RowMoments};
 
 /// A proof that the machine has AVX2 and the extensions before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,7 +105,7 @@ fn add_to(moments: &mut [i32; LANES], addend: __m256i) {
     unsafe { _mm256_storeu_si256(moments.as_mut_ptr().cast(), sum) }
 }
 
-/// Adds as [`summation::MaskLookup::accumulate`](crate::sweep::summation::MaskLookup::accumulate),
+/// Adds as [`summation::MaskLookup::accumulate`](super::portable::summation::MaskLookup::accumulate),
 /// eight cells at a time. The bits of their masks select entries of tables in registers.
 #[target_feature(enable = "avx2")]
 #[inline]

@@ -4,22 +4,12 @@
 use std::ops::Range;
 
 use aogrid_bake_core::PreparedMesh;
+use aogrid_bake_core::sweep::{AxisFrame, LANES, RowClass, RowSearch};
 use rayon::prelude::*;
 
-use super::counters::Tile;
-use super::crossings::{Batch, End, Line, first_columns, row_side};
-use super::frame::{AxisFrame, LANES};
-use super::silhouettes::FacingInterval;
-use super::steps::{DeltaBuffer, LaneDeltas};
-
-/// The smallest distance, in cells, between a row's line and an edge at which a hit is certain.
-/// Nearer ones are decided batch by batch, which costs time. It has to exceed the effect of
-/// rounding on a vertex's rank, see [`margin`].
-const MIN_MARGIN: f64 = 1.0 / 1024.0;
-
-/// The rounding error of V − b·W, over the largest coordinates: a product and a difference, half a
-/// unit of 2⁻²³ each, and as much again for the levels; eight times that for safety.
-const ROUNDING: f64 = 8.0 / (1 << 22) as f64;
+use super::data::{
+    Batch, DeltaBuffer, End, FacingInterval, LaneDeltas, Line, Tile, first_columns, row_side,
+};
 
 /// A triangle and a row whose line meets it well away from its edges, and so in every batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -55,7 +45,7 @@ const TRIANGLE_CHUNK: usize = 1 << 13;
 impl RowHits {
     /// Finds the row hits along each axis.
     pub(super) fn all(mesh: &PreparedMesh, frames: &[AxisFrame; 3]) -> [Self; 3] {
-        let searches = [0, 1, 2].map(|w| RowHitSearch::new(mesh, &frames[w]));
+        let searches = [0, 1, 2].map(|w| RowSearch::new(mesh, &frames[w]));
         let search = |(chunk, triangles): (usize, &[[u32; 3]])| {
             let mut found = <[Self; 3]>::default();
             for (triangle, &corners) in ((chunk * TRIANGLE_CHUNK) as u32..).zip(triangles) {
@@ -169,7 +159,7 @@ fn find_hits(
     mesh: &PreparedMesh,
     triangle: u32,
     corners: [u32; 3],
-    searches: &[RowHitSearch<'_>; 3],
+    searches: &[RowSearch<'_>; 3],
     found: &mut [RowHits; 3],
 ) {
     let vertex = |corner: usize| mesh.vertices()[corners[corner] as usize];
@@ -178,107 +168,37 @@ fn find_hits(
         let search = &searches[w];
         let [j, k] = [search.rows(&points, 1), search.rows(&points, 2)];
         if !j.is_empty() && !k.is_empty() {
-            search.find_in_triangle(triangle, &points, [j, k], &mut found[w]);
+            let normal = mesh.normal(corners);
+            find_in_triangle(search, triangle, &points, normal, [j, k], &mut found[w]);
         }
     }
 }
 
-/// The exact integer test of an axis' rows against triangles.
-struct RowHitSearch<'a> {
-    mesh: &'a PreparedMesh,
-    frame: &'a AxisFrame,
-    bits: u32,
-    /// The margin in lattice units.
-    margin: i32,
-}
-
-/// Returns the distance from an edge, in cells, beyond which no rounding in any batch can move the
-/// row's line to the edge's other side.
-fn margin(mesh: &PreparedMesh, frame: &AxisFrame) -> f64 {
-    let reach = mesh.lattice().reach();
-    MIN_MARGIN.max(ROUNDING * (reach + frame.shear[1] * reach))
-}
-
-impl<'a> RowHitSearch<'a> {
-    fn new(mesh: &'a PreparedMesh, frame: &'a AxisFrame) -> Self {
-        let bits = mesh.lattice().bits();
-        let margin = (margin(mesh, frame) * f64::from(1_u32 << bits)).ceil() as i32;
-        Self {
-            mesh,
-            frame,
-            bits,
-            margin,
-        }
-    }
-
-    fn find_in_triangle(
-        &self,
-        triangle: u32,
-        points: &[[i32; 3]; 3],
-        [j_range, k_range]: [Range<i32>; 2],
-        found: &mut RowHits,
-    ) {
-        let normal = self.mesh.normal(self.mesh.triangles()[triangle as usize]);
-        for k in k_range {
-            for j in j_range.clone() {
-                let row_line = [i64::from(j) << self.bits, i64::from(k) << self.bits];
-                let class = self.classify(points, normal[self.frame.u], row_line);
-                let [j, k] = [j as u32, k as u32];
-                match class {
-                    c if c <= -1 => {}
-                    0 => found.near_edge.push(NearEdgeHit { k, j, triangle }),
-                    _ => found.certain.push(CertainHit {
-                        k,
-                        j,
-                        triangle,
-                        column: self.column(points, normal, row_line),
-                        left: normal[self.frame.u] < 0,
-                    }),
-                }
+/// Finds the hits of a triangle among the rows of two ranges.
+fn find_in_triangle(
+    search: &RowSearch<'_>,
+    triangle: u32,
+    points: &[[i32; 3]; 3],
+    normal: [i64; 3],
+    [j_range, k_range]: [Range<i32>; 2],
+    found: &mut RowHits,
+) {
+    for k in k_range {
+        for j in j_range.clone() {
+            let line = search.line([j, k]);
+            let class = search.classify(points, normal, line);
+            let [j, k] = [j as u32, k as u32];
+            match class {
+                RowClass::Outside => {}
+                RowClass::NearEdge => found.near_edge.push(NearEdgeHit { k, j, triangle }),
+                RowClass::Inside => found.certain.push(CertainHit {
+                    k,
+                    j,
+                    triangle,
+                    column: search.column(points, normal, line),
+                    left: normal[search.frame().axes[0]] < 0,
+                }),
             }
         }
-    }
-
-    /// Returns the rows, along v (1) or w (2), whose lines come near the triangle's bounds.
-    #[inline(always)]
-    fn rows(&self, points: &[[i32; 3]; 3], across: usize) -> Range<i32> {
-        let axis = [self.frame.u, self.frame.v, self.frame.w][across];
-        let at = [points[0][axis], points[1][axis], points[2][axis]];
-        let low = at[0].min(at[1]).min(at[2]) - self.margin;
-        let high = at[0].max(at[1]).max(at[2]) + self.margin;
-        let first = (low + ((1 << self.bits) - 1)) >> self.bits;
-        let last = high >> self.bits;
-        first.max(0)..last.saturating_add(1).min(self.frame.n[across] as i32)
-    }
-
-    /// Classifies a row's line: 1 is inside the triangle by the margin, −1 outside by the margin, 0
-    /// neither.
-    fn classify(&self, points: &[[i32; 3]; 3], n_u: i64, [j, k]: [i64; 2]) -> i32 {
-        let mut lowest = 1;
-        for i in 0..3 {
-            let [a, b] = [points[i], points[(i + 1) % 3]]
-                .map(|p| [p[self.frame.v], p[self.frame.w]].map(i64::from));
-            let along = [b[0] - a[0], b[1] - a[1]];
-            // Twice the signed area: the distance from the edge times the edge's length.
-            let area = along[0] * (k - a[1]) - along[1] * (j - a[0]);
-            let inward = if n_u < 0 { -area } else { area };
-            let margin = i64::from(self.margin) * (along[0].abs() + along[1].abs());
-            let class = i32::from(inward >= margin) - i32::from(inward <= -margin);
-            lowest = lowest.min(class);
-        }
-        // A triangle that is seen edge-on has no interior.
-        if n_u == 0 { lowest.min(0) } else { lowest }
-    }
-
-    /// Returns the first column whose cells are not to the left of the point where the line meets
-    /// the triangle's plane. Double precision: an error of 2⁻⁵² of the triangle's size is
-    /// negligible.
-    fn column(&self, points: &[[i32; 3]; 3], normal: [i64; 3], [j, k]: [i64; 2]) -> u32 {
-        let AxisFrame { u, v, w, .. } = *self.frame;
-        let [n_u, n_v, n_w] = [u, v, w].map(|axis| normal[axis] as f64);
-        let from = |at: i64, axis: usize| (at - i64::from(points[0][axis])) as f64;
-        let rise = (n_v * from(j, v) + n_w * from(k, w)) / n_u;
-        let at = (f64::from(points[0][u]) - rise) / f64::from(1_u32 << self.bits);
-        at.ceil().clamp(0.0, f64::from(self.frame.n[0])) as u32
     }
 }

@@ -3,15 +3,11 @@
 //! Both store one quantity after the other, so that those of neighboring cells are contiguous. The
 //! sums are whole numbers ([`FaceSums`]), so the order of addition does not matter.
 
+use aogrid_bake_core::sweep::{AxisFrame, LANES};
 use aogrid_bake_core::{FaceSums, Moments};
 use rayon::prelude::*;
 
-use super::counters::Tile;
-use super::frame::{AxisFrame, LANES};
-use super::summation::TexelMoment;
-
-/// The number of summed quantities: occluded texels, and the four components of their moments.
-const QUANTITIES: usize = 5;
+use super::data::{QUANTITIES, RowMoments, Tile};
 
 /// The moments of a tile's cells, by row, then quantity, then cell.
 #[derive(Default)]
@@ -21,13 +17,10 @@ pub(super) struct TileMoments {
     stride: usize,
 }
 
-/// The moments of a row's cells.
-pub(super) struct RowMoments<'a>(pub [&'a mut [i32]; QUANTITIES]);
-
 impl TileMoments {
     /// Reserves space for a tile, before it is started or resumed. All sums are zero at its start.
     pub(super) fn reserve_tile(&mut self, frame: &AxisFrame, tile: &Tile) {
-        self.stride = (frame.n[0] as usize).next_multiple_of(LANES);
+        self.stride = (frame.cells[0] as usize).next_multiple_of(LANES);
         let n = tile.rows() * QUANTITIES * self.stride;
         self.values.resize(self.values.len().max(n), 0);
     }
@@ -39,17 +32,6 @@ impl TileMoments {
         RowMoments(std::array::from_fn(|_| {
             quantities.next().expect("a row has five quantities")
         }))
-    }
-}
-
-impl RowMoments<'_> {
-    #[inline(always)]
-    pub(super) fn accumulate(&mut self, cell: usize, count: u32, moment: &TexelMoment) {
-        let [counts, moments @ ..] = &mut self.0;
-        counts[cell] += count.cast_signed();
-        for (values, moment) in moments.iter_mut().zip(moment) {
-            values[cell] += moment;
-        }
     }
 }
 
@@ -84,8 +66,7 @@ impl GridMoments {
         tile: &Tile,
         tile_moments: &mut TileMoments,
     ) {
-        let [along_u, along_v, along_w] =
-            [frame.u, frame.v, frame.w].map(|axis| self.strides[axis]);
+        let [along_u, along_v, along_w] = frame.axes.map(|axis| self.strides[axis]);
         let rows = |j: u32, k: u32| {
             let first = k as usize * along_w + j as usize * along_v;
             (tile.row(j, k).expect("the tile contains the row"), first)
@@ -95,7 +76,7 @@ impl GridMoments {
                 drain_strided(
                     &mut all[first..],
                     along_u,
-                    &mut row_values[..frame.n[0] as usize],
+                    &mut row_values[..frame.cells[0] as usize],
                 );
             }
         };

@@ -1,61 +1,21 @@
 //! Summation: from layer counters along a row to the occluded texels of its cells, and their
 //! moments.
 
-use aogrid_bake_core::{FixedTexel, cube_face};
-
-use super::counters::{COLUMN, Counter};
-use super::frame::{AxisFrame, LANES};
-use super::sums::RowMoments;
-
-/// The occluded directions of a cell in one block: those of d in bits 0–15, of −d in 16–31.
-pub(super) type Mask = u32;
-
-/// The occluded fraction and moment of a [`FixedTexel`], or of several: a, then m along x, y and z.
-pub(super) type TexelMoment = [i32; 4];
-
-/// The moments of the texels of one block, one for each bit of a [`Mask`]; zero for lanes beyond
-/// the end of the texel row.
-pub(super) type BlockTexels = [TexelMoment; Mask::BITS as usize];
-
-/// Returns the texels of one batch and block.
-pub(super) fn block_texels(
-    all: &[FixedTexel],
-    frame: &AxisFrame,
-    b: u32,
-    block: usize,
-) -> BlockTexels {
-    std::array::from_fn(|bit| {
-        let texel = texel_of(frame, b, block, bit).map(|texel| all[texel]);
-        let FixedTexel { a, m: [x, y, z] } = texel.unwrap_or_default();
-        [a, x, y, z]
-    })
-}
-
-/// Returns the sum of each subset of consecutive texels; N is 2 to the power of the number of bits
-/// that index the table. Texels past the last count as zero.
-pub(super) fn subset_sums<const N: usize>(texels: &BlockTexels, first: usize) -> [TexelMoment; N] {
-    let mut moments = [TexelMoment::default(); N];
-    for bits in 1..N {
-        // The subset without its lowest bit, plus the texel of that bit.
-        let texel = texels.get(first + bits.trailing_zeros() as usize);
-        let [rest, texel] = [
-            moments[bits & (bits - 1)],
-            texel.copied().unwrap_or_default(),
-        ];
-        moments[bits] = std::array::from_fn(|i| rest[i] + texel[i]);
-    }
-    moments
-}
+use crate::sweep::data::{
+    BlockTexels, COLUMN, Counter, Mask, RowMoments, TexelMoment, subset_sums,
+};
 
 /// The number of bits of a [`Mask`] that are looked up at a time: few, so that the tables stay in
 /// the L1 cache with the counters.
 const LOOKUP_BITS: usize = 4;
 
 /// The moments of all masks, as one table for each part of the bits.
-pub(super) struct MaskLookup([[TexelMoment; 1 << LOOKUP_BITS]; Mask::BITS as usize / LOOKUP_BITS]);
+pub(in crate::sweep) struct MaskLookup(
+    [[TexelMoment; 1 << LOOKUP_BITS]; Mask::BITS as usize / LOOKUP_BITS],
+);
 
 impl MaskLookup {
-    pub(super) fn new(texels: &BlockTexels) -> Self {
+    pub(in crate::sweep) fn new(texels: &BlockTexels) -> Self {
         Self(std::array::from_fn(|part| {
             subset_sums(texels, part * LOOKUP_BITS)
         }))
@@ -76,7 +36,7 @@ impl MaskLookup {
     /// Adds the moments of each cell's mask to a row. The SIMD versions are tested against this
     /// one.
     #[inline(always)]
-    pub(super) fn accumulate(&self, masks: &[Mask], mut row_moments: RowMoments<'_>) {
+    pub(in crate::sweep) fn accumulate(&self, masks: &[Mask], mut row_moments: RowMoments<'_>) {
         let (mut last, mut count, mut moment) = (0, 0, TexelMoment::default());
         for (cell, &mask) in masks.iter().enumerate() {
             // Neighbors mostly have the same mask.
@@ -88,21 +48,10 @@ impl MaskLookup {
     }
 }
 
-/// Returns the texel of a bit of a [`Mask`], or `None` for a lane beyond the end of the texel row.
-pub(super) fn texel_of(frame: &AxisFrame, b: u32, block: usize, bit: usize) -> Option<usize> {
-    let z = (block * LANES + bit % LANES) as u32;
-    let size = frame.size;
-    let opposite = |i: u32| size - 1 - i;
-    (z < size).then(|| match bit < LANES {
-        true => cube_face::texel_idx(size, frame.w, true, [z, b]),
-        false => cube_face::texel_idx(size, frame.w, false, [opposite(z), opposite(b)]),
-    })
-}
-
 /// Computes the masks of a row's cells from the counters of its strip: the running sums that are
 /// not zero.
 #[inline(always)]
-pub(super) fn masks<C: Counter>(counters: &[C], masks: &mut [Mask]) {
+pub(in crate::sweep) fn masks<C: Counter>(counters: &[C], masks: &mut [Mask]) {
     let mut layers = [0_i32; COLUMN];
     for (column, mask) in counters.as_chunks::<COLUMN>().0.iter().zip(masks) {
         for (layers, &delta) in layers.iter_mut().zip(column) {
@@ -117,14 +66,14 @@ pub(super) fn masks<C: Counter>(counters: &[C], masks: &mut [Mask]) {
 
 /// Whether a strip has no deltas.
 #[inline(always)]
-pub(super) fn is_zero(counters: &[i8]) -> bool {
+pub(in crate::sweep) fn is_zero(counters: &[i8]) -> bool {
     // No early exit: the whole fold compiles to 64 bytes per instruction.
     counters.iter().fold(0, |bits, n| bits | n) == 0
 }
 
 /// Computes [`masks`] with running sums in bytes; returns whether some may have saturated.
 #[inline(always)]
-pub(super) fn narrow_masks(counters: &[i8], masks: &mut [Mask]) -> bool {
+pub(in crate::sweep) fn narrow_masks(counters: &[i8], masks: &mut [Mask]) -> bool {
     let mut layers = [0_i8; COLUMN];
     let [mut lowest, mut highest] = [layers; 2];
     for (column, mask) in counters.as_chunks::<COLUMN>().0.iter().zip(masks) {

@@ -13,15 +13,17 @@
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+mod portable;
 
 use aogrid_bake_core::PreparedMesh;
 
-use super::crossings::{self, Batch, EdgeBuffer, SilhouetteChunk};
-use super::levels::Levels;
-use super::silhouettes::SilhouetteSearch;
-use super::steps::DeltaBuffer;
-use super::summation::{self, BlockTexels, Mask};
-use super::sums::RowMoments;
+use super::data::{
+    Batch, BlockTexels, DeltaBuffer, EdgeBuffer, Levels, Mask, RowMoments, SilhouetteChunk,
+    SilhouetteSearch, subset_sums,
+};
+pub(super) use portable::summation::{is_zero, masks};
+use portable::{crossings, silhouettes, summation};
+
 #[cfg(target_arch = "x86_64")]
 use {avx2::Avx2, avx512::Avx512};
 
@@ -34,13 +36,13 @@ pub(super) trait Simd: Copy {
     fn mask_lookup(self, texels: &BlockTexels) -> Self::Lookup;
 
     /// Adds the moments of masks: see [`summation::MaskLookup::accumulate`]. There is a mask for
-    /// each cell of the padded row, a multiple of [`LANES`](super::frame::LANES).
+    /// each cell of the padded row, a multiple of [`LANES`](aogrid_bake_core::sweep::LANES).
     fn accumulate(self, lookup: &Self::Lookup, masks: &[Mask], moments: RowMoments<'_>);
 
-    /// Finds silhouettes: see [`SilhouetteSearch::run_portable`].
+    /// Finds silhouettes: see [`silhouettes::find`].
     #[inline(always)]
     fn find_silhouettes(self, search: SilhouetteSearch<'_>) {
-        search.run_portable();
+        silhouettes::find(search);
     }
 
     /// Computes masks from byte counters: see [`summation::narrow_masks`].
@@ -81,7 +83,7 @@ impl<const N: usize, const PARTS: usize> RegisterLookup<N, PARTS> {
     fn new(texels: &BlockTexels) -> Self {
         let bits = N.ilog2() as usize;
         Self(std::array::from_fn(|part| {
-            let subset_sums = summation::subset_sums::<N>(texels, part * bits);
+            let subset_sums = subset_sums::<N>(texels, part * bits);
             std::array::from_fn(|quantity| subset_sums.map(|moment| moment[quantity]))
         }))
     }

@@ -3,31 +3,25 @@
 //! Deltas arrive in the order of edges and would touch counters all over a tile. They are first
 //! buffered by groups of rows; then each group is counted while its counters are in the L1 cache.
 
+use aogrid_bake_core::sweep::LANES;
+
 use super::counters::{COLUMN, Counter, Layout, MAX_GROUP_COUNTERS, Tile};
-use super::frame::LANES;
+use super::lane_deltas::LaneDeltas;
 
 /// The maximum number of deltas that a group buffers before they have to be counted.
 const MAX_GROUP_DELTAS: usize = 1 << 14;
 
 /// A counter's slot in its group (bits 0–15) and the amount to add (bits 24–31, signed).
-pub(super) type Delta = u32;
+pub(in crate::sweep) type Delta = u32;
 
 /// Returns the bits of a [`Delta`] that hold the amount.
 #[inline(always)]
-pub(super) fn delta_bits(delta: i8) -> Delta {
+pub(in crate::sweep) fn delta_bits(delta: i8) -> Delta {
     Delta::from(delta.cast_unsigned()) << 24
 }
 
-/// The lanes of a block that have a delta, and its sign.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct LaneDeltas {
-    pub active: u16,
-    /// The active lanes whose layer count decreases.
-    pub negative: u16,
-}
-
 /// The deltas of one batch in one tile.
-pub(super) struct DeltaBuffer {
+pub(in crate::sweep) struct DeltaBuffer {
     pub layout: Layout,
     /// Space for [`MAX_GROUP_DELTAS`] of each group.
     pending: Vec<Delta>,
@@ -54,7 +48,7 @@ impl Default for DeltaBuffer {
 
 impl DeltaBuffer {
     /// Starts a batch. Nothing is left of the one before, as all its groups have been accumulated.
-    pub(super) fn reset(&mut self, layout: Layout, tile: &Tile) {
+    pub(in crate::sweep) fn reset(&mut self, layout: Layout, tile: &Tile) {
         let n_groups = layout.groups(tile);
         self.layout = layout;
         self.lens.clear();
@@ -69,7 +63,7 @@ impl DeltaBuffer {
 
     /// Reserves space for a delta of every lane of one block.
     #[inline(always)]
-    pub(super) fn reserve(&mut self, group: usize) -> &mut [Delta; LANES] {
+    pub(in crate::sweep) fn reserve(&mut self, group: usize) -> &mut [Delta; LANES] {
         if self.lens[group] as usize > MAX_GROUP_DELTAS - LANES {
             self.count(group);
         }
@@ -80,14 +74,14 @@ impl DeltaBuffer {
 
     /// Appends the first `n` deltas of the [reserved](Self::reserve) space.
     #[inline(always)]
-    pub(super) fn commit(&mut self, group: usize, n: u32) {
+    pub(in crate::sweep) fn commit(&mut self, group: usize, n: u32) {
         self.lens[group] += n;
     }
 
     /// Appends the deltas of a row's block, from `columns` on: `unit` layers more or fewer for each
     /// active lane. Columns past the last cell are dropped.
     #[inline(always)]
-    pub(super) fn push(
+    pub(in crate::sweep) fn push(
         &mut self,
         (row, block): (u32, u32),
         side: usize,
@@ -116,7 +110,7 @@ impl DeltaBuffer {
 
     /// Appends as [`DeltaBuffer::push`] does, one layer in all active lanes, at one column.
     #[inline(always)]
-    pub(super) fn push_at_column(
+    pub(in crate::sweep) fn push_at_column(
         &mut self,
         (row, block): (u32, u32),
         side: usize,
@@ -153,7 +147,11 @@ impl DeltaBuffer {
     /// Accumulates a group's deltas into counters that are zero. It uses bytes unless they
     /// overflow; then it leaves them zero and returns 32-bit counters.
     #[inline(always)]
-    pub(super) fn accumulate(&mut self, group: usize, bytes: &mut ByteCounters) -> GroupCounters {
+    pub(in crate::sweep) fn accumulate(
+        &mut self,
+        group: usize,
+        bytes: &mut ByteCounters,
+    ) -> GroupCounters {
         let n = std::mem::take(&mut self.lens[group]) as usize;
         let pending = &self.pending[group * MAX_GROUP_DELTAS..][..n];
         let n_counters = self.layout.group();
@@ -175,10 +173,10 @@ impl DeltaBuffer {
 }
 
 /// The one-byte counters of a group.
-pub(super) type ByteCounters = [i8; MAX_GROUP_COUNTERS];
+pub(in crate::sweep) type ByteCounters = [i8; MAX_GROUP_COUNTERS];
 
 /// The accumulated counters of a group.
-pub(super) enum GroupCounters {
+pub(in crate::sweep) enum GroupCounters {
     /// All are zero.
     Empty,
     /// The bytes hold them.
@@ -205,15 +203,14 @@ fn count_bytes(deltas: &[Delta], counters: &mut ByteCounters) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sweep::frame::AxisFrame;
+    use aogrid_bake_core::sweep::AxisFrame;
 
     /// Adds `n` varied deltas, and compares all groups with directly computed counters.
     fn check(n: u32, size: u32, single_row: bool) -> [bool; 3] {
         let frame = AxisFrame {
-            u: 0,
-            v: 1,
-            w: 2,
-            n: [40, 12, 9],
+            axes: [0, 1, 2],
+            first: [0; 3],
+            cells: [40, 12, 9],
             size,
             shear: [1.0; 2],
         };

@@ -1,4 +1,4 @@
-//! Silhouettes of sixteen edges at a time: the SIMD version of [`SilhouetteSearch::run_portable`].
+//! Silhouettes of sixteen edges at a time: the SIMD version of [`silhouettes::find`](crate::sweep::simd::silhouettes::find).
 
 #![allow(
     unsafe_code,
@@ -7,11 +7,12 @@
 
 use std::arch::x86_64::*;
 
-use super::{append_facings, append_pairs, load_pairs, prefetch, unsigned};
-use crate::sweep::frame::LANES;
-use crate::sweep::silhouettes::{SilhouetteList, SilhouetteSearch, TriangleFacing};
+use aogrid_bake_core::sweep::LANES;
 
-/// Searches as [`SilhouetteSearch::run_portable`]: silhouettes are gathered until there are
+use super::{append_facings, append_pairs, load_pairs, prefetch, unsigned};
+use crate::sweep::data::{SilhouetteList, SilhouetteSearch, TriangleFacing};
+
+/// Searches as [`silhouettes::find`](crate::sweep::simd::silhouettes::find): silhouettes are gathered until there are
 /// sixteen, and then distributed to the lists of all texel rows.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
 #[inline]

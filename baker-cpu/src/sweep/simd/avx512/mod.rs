@@ -11,16 +11,15 @@ mod find;
 
 use std::arch::x86_64::*;
 
+use aogrid_bake_core::sweep::LANES;
+
 use super::avx2::Avx2;
-use super::{
-    Batch, BlockTexels, DeltaBuffer, EdgeBuffer, Levels, Mask, RegisterLookup, RowMoments,
-    SilhouetteChunk, SilhouetteSearch, Simd, SimdKernel,
+use super::portable::crossings::collect as collect_rest;
+use super::{RegisterLookup, Simd, SimdKernel};
+use crate::sweep::data::{
+    Batch, BlockTexels, DeltaBuffer, EdgeBuffer, EdgeFacing, FRACTION_BITS, FRACTIONS, Levels,
+    Mask, RowMoments, SilhouetteChunk, SilhouetteSearch, delta_bits,
 };
-use crate::sweep::crossings::collect as collect_rest;
-use crate::sweep::frame::LANES;
-use crate::sweep::levels::{FRACTION_BITS, FRACTIONS};
-use crate::sweep::silhouettes::EdgeFacing;
-use crate::sweep::steps::delta_bits;
 
 /// A proof that the machine has the parts of AVX-512 that this module uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -297,7 +296,7 @@ fn rank(levels: &Levels, fractions: Table, q: __m512) -> __m512i {
     _mm512_add_epi32(whole, below)
 }
 
-/// Collects as [`crossings::collect`](crate::sweep::crossings::collect), sixteen edges at a time.
+/// Collects as [`crossings::collect`](crate::sweep::simd::crossings::collect), sixteen edges at a time.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
 #[inline]
 fn collect(chunk: &SilhouetteChunk<'_>, edges: &mut EdgeBuffer) {
@@ -370,7 +369,7 @@ fn add_to(moments: &mut [i32; LANES], addend: __m512i) {
     store(_mm512_add_epi32(ints(moments), addend), moments);
 }
 
-/// Adds as [`summation::MaskLookup::accumulate`](crate::sweep::summation::MaskLookup::accumulate),
+/// Adds as [`summation::MaskLookup::accumulate`](crate::sweep::simd::summation::MaskLookup::accumulate),
 /// sixteen cells at a time. The bits of their masks select entries of tables in registers.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
 #[inline]

@@ -1,18 +1,19 @@
 //! Levels: the planes of the rows of cells, ordered along a batch's slope.
 
+use aogrid_bake_core::sweep::AxisFrame;
+
 use super::counters::{MAX_TILE_DEPTH, Tile};
-use super::frame::AxisFrame;
 
 /// The maximum number of levels from one whole number to the next: bits 0–4 of a level's number.
-pub(super) const FRACTIONS: usize = MAX_TILE_DEPTH as usize;
-pub(super) const FRACTION_BITS: u32 = FRACTIONS.ilog2();
+pub(in crate::sweep) const FRACTIONS: usize = MAX_TILE_DEPTH as usize;
+pub(in crate::sweep) const FRACTION_BITS: u32 = FRACTIONS.ilog2();
 
 /// The rows of a tile, seen along directions of slope b in the (v, w) plane. Row (j, k) lies in the
 /// plane V − b·W = j − k·b. Levels are numbered in the order of that value: bits from
 /// [`FRACTION_BITS`] up hold its whole part, the bits below hold the rank of its fraction among the
 /// fractions of the tile, one for each k. All other numbers are unused.
 #[derive(Clone, Debug)]
-pub(super) struct Levels {
+pub(in crate::sweep) struct Levels {
     /// Cells along v per cell along w.
     pub slope: f32,
     /// The number of fractions: the values of k in the tile.
@@ -36,7 +37,7 @@ pub(super) struct Levels {
 
 /// A level that an edge crosses.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct RowLevel {
+pub(in crate::sweep) struct RowLevel {
     /// V − b·W of the row's plane.
     pub value: f32,
     pub k: f32,
@@ -58,7 +59,7 @@ fn floor(x: f32) -> f32 {
 }
 
 impl Levels {
-    pub(super) fn new(frame: &AxisFrame, tile: &Tile, b: u32) -> Self {
+    pub(in crate::sweep) fn new(frame: &AxisFrame, tile: &Tile, b: u32) -> Self {
         let slope = frame.row_slope(b) as f32;
         let level = |k: u32| {
             let value = -(k as f32) * slope;
@@ -100,7 +101,7 @@ impl Levels {
 
     /// Returns V − b·W in cells. All code evaluates this one expression, so that results agree.
     #[inline(always)]
-    pub(super) fn q(&self, v: f32, w: f32) -> f32 {
+    pub(in crate::sweep) fn q(&self, v: f32, w: f32) -> f32 {
         v - self.slope * w
     }
 
@@ -109,7 +110,7 @@ impl Levels {
     /// higher. The correctness of the sweep rests on this comparison: it is made once for each
     /// vertex.
     #[inline(always)]
-    pub(super) fn rank(&self, v: f32, w: f32) -> i32 {
+    pub(in crate::sweep) fn rank(&self, v: f32, w: f32) -> i32 {
         let q = self.q(v, w);
         let whole = floor(q);
         let fraction = q - whole;
@@ -136,7 +137,7 @@ impl Levels {
 
     /// Returns the rows between two ranks, in order.
     #[inline(always)]
-    pub(super) fn between(&self, low: i32, high: i32) -> Between<'_> {
+    pub(in crate::sweep) fn between(&self, low: i32, high: i32) -> Between<'_> {
         Between {
             levels: self,
             next: low.max(self.range[0]),
@@ -145,7 +146,7 @@ impl Levels {
     }
 
     /// Returns the level of a row of the tile, and its number.
-    pub(super) fn level_of_row(&self, row: u32) -> (RowLevel, i32) {
+    pub(in crate::sweep) fn level_of_row(&self, row: u32) -> (RowLevel, i32) {
         let j_in_tile = |s: &usize| (row as i32 - self.first_row[*s] + self.first_j[*s]) as u32;
         let s = (0..self.n).find(|s| j_in_tile(s) < self.width);
         let s = s.expect("the tile contains the row");
@@ -157,7 +158,7 @@ impl Levels {
 }
 
 /// The iterator of [`Levels::between`].
-pub(super) struct Between<'a> {
+pub(in crate::sweep) struct Between<'a> {
     levels: &'a Levels,
     next: i32,
     end: i32,

@@ -1,5 +1,5 @@
 //! Crossings of sixteen edges at a time: the SIMD version of
-//! [`count`](crate::sweep::crossings::count).
+//! [`count`](crate::sweep::simd::portable::crossings::count).
 
 #![allow(
     unsafe_code,
@@ -8,15 +8,16 @@
 
 use std::arch::x86_64::*;
 
+use aogrid_bake_core::sweep::LANES;
+
 use super::{
     LaneArray, Table, UP, array, floats, int_array, ints, lane_deltas, load_facings, q, store,
     unsigned,
 };
-use crate::sweep::counters::{COLUMN, Layout};
-use crate::sweep::crossings::{Batch, EdgeBuffer, MAX_COLUMN_ERROR};
-use crate::sweep::frame::LANES;
-use crate::sweep::levels::{FRACTION_BITS, FRACTIONS, Levels};
-use crate::sweep::steps::{Delta, DeltaBuffer};
+use crate::sweep::data::{
+    Batch, COLUMN, Delta, DeltaBuffer, EdgeBuffer, FRACTION_BITS, FRACTIONS, Layout, Levels,
+    MAX_COLUMN_ERROR,
+};
 
 /// The tables of [`Batch::levels`], in registers.
 struct LevelTables {
@@ -55,7 +56,7 @@ pub(super) fn count(batch: &Batch<'_>, edges: &EdgeBuffer, unit: i8, deltas: &mu
     }
 }
 
-/// Sixteen [ends](crate::sweep::crossings::End) of edges.
+/// Sixteen [ends](crate::sweep::data::End) of edges.
 struct End {
     rank: __m512i,
     u: __m512,
@@ -88,14 +89,14 @@ impl End {
         };
         Self {
             rank: ints(lanes_at(&edges.ranks[end], first)),
-            u: coordinate(batch.frame.u),
-            v: coordinate(batch.frame.v),
-            w: coordinate(batch.frame.w),
+            u: coordinate(batch.frame.axes[0]),
+            v: coordinate(batch.frame.axes[1]),
+            w: coordinate(batch.frame.axes[2]),
         }
     }
 }
 
-/// Sixteen [lines](crate::sweep::crossings::Line).
+/// Sixteen [lines](crate::sweep::data::Line).
 struct Lines {
     u: __m512,
     w: __m512,
@@ -109,7 +110,7 @@ struct Lines {
     alive: __mmask16,
 }
 
-/// The [`LaneDeltas`](crate::sweep::steps::LaneDeltas) of sixteen edges in one block.
+/// The [`LaneDeltas`](crate::sweep::data::LaneDeltas) of sixteen edges in one block.
 struct EdgeDeltas {
     active: LaneArray<u32>,
     negative: LaneArray<u32>,
@@ -370,7 +371,7 @@ impl Crossings<'_> {
     }
 }
 
-/// Computes [`first_columns`](crate::sweep::crossings::first_columns), without the upper clamp at
+/// Computes [`first_columns`](crate::sweep::data::first_columns), without the upper clamp at
 /// the row's end.
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]

@@ -2,38 +2,38 @@
 
 use std::ops::Range;
 
-use super::frame::{AxisFrame, LANES};
+use aogrid_bake_core::sweep::{AxisFrame, LANES};
 
 /// The sides of a row: above and below.
-pub(super) const SIDES: usize = 2;
+pub(in crate::sweep) const SIDES: usize = 2;
 
 /// The counters of one column: [`SIDES`] × [`LANES`], contiguous.
-pub(super) const COLUMN: usize = SIDES * LANES;
+pub(in crate::sweep) const COLUMN: usize = SIDES * LANES;
 
 /// The target size of a group, in one-byte counters: small enough to stay in the L1 cache.
 const GROUP_COUNTERS: usize = 1 << 15;
 
 /// The maximum number of counters in a group: those of the longest row. A delta addresses its
 /// counter with 16 bits.
-pub(super) const MAX_GROUP_COUNTERS: usize = 1 << 16;
+pub(in crate::sweep) const MAX_GROUP_COUNTERS: usize = 1 << 16;
 
 /// The maximum number of groups in a tile; each has its own delta buffer.
 const MAX_TILE_GROUPS: usize = 128;
 
 /// The maximum number of k values in a tile: the rank of a level is found among as many fractions.
-pub(super) const MAX_TILE_DEPTH: u32 = 32;
+pub(in crate::sweep) const MAX_TILE_DEPTH: u32 = 32;
 
 /// A block of rows of cells: all (j, k) of two ranges, each row with all its cells.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Tile {
+pub(in crate::sweep) struct Tile {
     pub j: Range<u32>,
     pub k: Range<u32>,
 }
 
 impl Tile {
     /// Returns tiles that cover every row of the grid once.
-    pub(super) fn all(frame: &AxisFrame) -> Vec<Self> {
-        let [_, n_v, n_w] = frame.n;
+    pub(in crate::sweep) fn all(frame: &AxisFrame) -> Vec<Self> {
+        let [_, n_v, n_w] = frame.cells;
         let layout = Layout::new(frame);
         let max_rows = ((MAX_TILE_GROUPS << layout.shift) as u32 / layout.blocks).max(1);
         // Whole layers of rows first; if not even one fits, part of a layer.
@@ -48,13 +48,13 @@ impl Tile {
             .collect()
     }
 
-    pub(super) fn rows(&self) -> usize {
+    pub(in crate::sweep) fn rows(&self) -> usize {
         self.j.len() * self.k.len()
     }
 
     /// Returns the row's index in the tile, or `None` if the row is outside.
     #[inline(always)]
-    pub(super) fn row(&self, j: u32, k: u32) -> Option<u32> {
+    pub(in crate::sweep) fn row(&self, j: u32, k: u32) -> Option<u32> {
         let (j, k) = (j.wrapping_sub(self.j.start), k.wrapping_sub(self.k.start));
         let inside = j < self.j.len() as u32 && k < self.k.len() as u32;
         inside.then(|| k * self.j.len() as u32 + j)
@@ -64,15 +64,15 @@ impl Tile {
 /// The memory layout of the counters. A *strip* has the counters of one row and one block of
 /// directions, column by column. 2^shift strips form a *group*; one group is counted at a time.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Layout {
+pub(in crate::sweep) struct Layout {
     pub n_u: u32,
     pub blocks: u32,
     pub shift: u32,
 }
 
 impl Layout {
-    pub(super) fn new(frame: &AxisFrame) -> Self {
-        let n_u = frame.n[0];
+    pub(in crate::sweep) fn new(frame: &AxisFrame) -> Self {
+        let n_u = frame.cells[0];
         let strips = (GROUP_COUNTERS / (n_u as usize * COLUMN)).max(1);
         Self {
             n_u,
@@ -82,26 +82,26 @@ impl Layout {
     }
 
     /// Returns the number of counters in a strip.
-    pub(super) fn strip(self) -> usize {
+    pub(in crate::sweep) fn strip(self) -> usize {
         self.n_u as usize * COLUMN
     }
 
     /// Returns the number of counters in a group.
-    pub(super) fn group(self) -> usize {
+    pub(in crate::sweep) fn group(self) -> usize {
         self.strip() << self.shift
     }
 
-    pub(super) fn groups(self, tile: &Tile) -> usize {
+    pub(in crate::sweep) fn groups(self, tile: &Tile) -> usize {
         self.strips(tile).div_ceil(1 << self.shift)
     }
 
-    pub(super) fn strips(self, tile: &Tile) -> usize {
+    pub(in crate::sweep) fn strips(self, tile: &Tile) -> usize {
         tile.rows() * self.blocks as usize
     }
 
     /// Returns the group of a row's block, and the slot of its first counter in the group.
     #[inline(always)]
-    pub(super) fn first_slot(self, row: u32, block: u32) -> (usize, u32) {
+    pub(in crate::sweep) fn first_slot(self, row: u32, block: u32) -> (usize, u32) {
         let strip = row * self.blocks + block;
         let within = strip & ((1 << self.shift) - 1);
         let first = within * self.n_u * COLUMN as u32;
@@ -110,7 +110,7 @@ impl Layout {
 }
 
 /// An integer type that counts layers.
-pub(super) trait Counter: Copy + Default + Eq + Into<i32> {
+pub(in crate::sweep) trait Counter: Copy + Default + Eq + Into<i32> {
     /// Adds `delta`; returns whether the result overflowed.
     fn add(&mut self, delta: i8) -> bool;
 }
@@ -140,10 +140,9 @@ mod tests {
 
     fn frame(n: [u32; 3], size: u32) -> AxisFrame {
         AxisFrame {
-            u: 0,
-            v: 1,
-            w: 2,
-            n,
+            axes: [0, 1, 2],
+            first: [0; 3],
+            cells: n,
             size,
             shear: [1.0; 2],
         }
