@@ -3,7 +3,7 @@
 use aogrid_bake_core::{
     Algorithm, BakeOptions, Observer, Plan, RawGrid, RayFallbackReason, SignedLayers, TriangleMesh,
 };
-use aogrid_grid_format::{Encoding, GridSpec};
+use aogrid_grid_format::GridSpec;
 
 use crate::rays::{Caster, UploadedTree};
 use crate::sweep::{Sweeper, UploadedMesh};
@@ -101,7 +101,7 @@ impl Prepared<'_> {
     ///
     /// The observer cancels, or the device fails.
     pub fn bake(&mut self, observer: Observer<'_>) -> Result<RawGrid, BakeError> {
-        let directions = self.options.encoding != Encoding::Occlusion;
+        let directions = self.options.encoding.has_direction();
         let mut raw = match &mut self.uploaded {
             Uploaded::Sweep(sweeper, mesh, size) => sweeper.bake(mesh, *size, directions, observer),
             Uploaded::Rays(caster, bvh) => caster.bake(bvh, self.options, directions, observer),

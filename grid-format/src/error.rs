@@ -1,25 +1,7 @@
-//! The errors of creating, encoding and reading a grid.
+//! The errors of encoding and reading a grid.
 
-use crate::layout::PROFILE_MAJOR;
-use crate::{MAX_CELLS, MAX_RESOLUTION, MIN_RESOLUTION};
-
-/// The reason that a resolution and a box do not describe a grid.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SpecError {
-    /// Too few or too many cells along one axis.
-    #[error("resolution {0} is outside {MIN_RESOLUTION}..={MAX_RESOLUTION} cells per axis")]
-    Resolution(u32),
-    /// Too many cells in all.
-    #[error("{} × {} × {} cells exceed the maximum of {MAX_CELLS} per grid", .0[0], .0[1], .0[2])]
-    TooManyCells([u32; 3]),
-    /// The box reaches beyond the range of a single-precision float.
-    #[error("the box is not finite along {0}")]
-    NotFinite(&'static str),
-    /// The box has no size along an axis.
-    #[error("half-extent {1} along {0} must be greater than zero")]
-    HalfExtent(&'static str, f32),
-}
+use crate::SpecError;
+use crate::ktx2::PROFILE_MAJOR;
 
 /// The reason that cells could not be encoded.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

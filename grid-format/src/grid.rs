@@ -26,7 +26,7 @@ pub struct Statistics {
 impl Grid {
     /// Encodes `cells`, one `[dx, dy, dz, a]` for each cell of `spec`, x fastest: d is the unit
     /// axis toward the object (zero where nothing is occluded), a the occluded fraction.
-    /// [`Encoding::Occlusion`] keeps only a.
+    /// An encoding [without a direction](Encoding::has_direction) keeps only a.
     ///
     /// # Errors
     ///
@@ -52,13 +52,7 @@ impl Grid {
                 let cell = spec.cell_at(idx);
                 return Err(EncodeError::Value { cell, value });
             }
-            let [x, y, z, a] = value;
-            if encoding == Encoding::Cone {
-                [x, y, z]
-                    .into_iter()
-                    .for_each(|d| format.push_component(d, &mut texels));
-            }
-            format.push_fraction(a, &mut texels);
+            encoding.push_cell(format, value, &mut texels);
         }
         let mut grid = Self {
             spec,
@@ -137,34 +131,30 @@ impl Grid {
     }
 
     /// Decodes the cell with index `idx` (see [`GridSpec::cell_idx`]): `[dx, dy, dz, a]`, where d
-    /// is as stored (a unit vector but for quantization) and zero for [`Encoding::Occlusion`].
+    /// is as stored (a unit vector but for quantization), or zero if the encoding [has
+    /// none](Encoding::has_direction).
     ///
     /// # Panics
     ///
     /// If `idx` is not below [`GridSpec::cell_count`].
     pub fn cone(&self, idx: usize) -> [f32; 4] {
         let texel = &self.texels[idx * self.texel_bytes()..][..self.texel_bytes()];
-        let channel = |c: usize| &texel[c * self.format.channel_bytes()..];
-        match self.encoding {
-            Encoding::Occlusion => [0.0, 0.0, 0.0, self.format.fraction(texel)],
-            Encoding::Cone => {
-                let d = |c| self.format.component(channel(c));
-                [d(0), d(1), d(2), self.format.fraction(channel(3))]
-            }
-        }
+        self.encoding.cell(self.format, texel)
     }
 
-    /// Decodes all cells, x fastest, with the channels as stored: `a`, or `dx, dy, dz, a`.
+    /// Decodes all texels, x fastest, with the [channels](Encoding::channel_names) as stored.
     pub fn decode(&self) -> Vec<f32> {
-        let first = 4 - self.encoding.channels();
-        (0..self.spec.cell_count())
-            .flat_map(|idx| self.cone(idx).into_iter().skip(first))
+        let channels = self.encoding.channels();
+        let texels = self.texels.chunks_exact(self.texel_bytes());
+        texels
+            .map(|texel| self.encoding.values(self.format, texel))
+            .flat_map(|values| values.into_iter().take(channels))
             .collect()
     }
 }
 
 /// Whether all values are in range: |d| ≤ 1 for each component, a in 0..=1.
-pub(crate) fn is_cone([x, y, z, a]: [f32; 4]) -> bool {
+fn is_cone([x, y, z, a]: [f32; 4]) -> bool {
     // Comparisons with NaN are false.
     [x, y, z].iter().all(|d| d.abs() <= 1.0) && (0.0..=1.0).contains(&a)
 }

@@ -35,6 +35,7 @@
 //! * [`GridSpec`]: the resolution and the box in object space. Validated once, on construction.
 //! * [`Grid`]: a spec, encoded texels and the [`BakeRecord`].
 //!   [`Grid::to_bytes`] and [`Grid::from_bytes`] are each other's inverse, bit for bit.
+//! * [`Encoding`]: the meaning of a texel's channels, with all that depends on it.
 //! * [`TexelFormat`]: 8-bit unorm, f16 or f32, each with its documented largest error.
 //!
 //! The crate depends on neither meshes nor a GPU.
@@ -57,19 +58,19 @@
 //!
 //! It holds no time, machine, adapter or thread count: equal bakes give equal bytes.
 
+mod bake_record;
 mod encoding;
 mod error;
 mod grid;
-mod layout;
-mod metadata;
-mod read;
+mod ktx2;
 mod spec;
-mod write;
+mod texel_format;
 
-pub use encoding::{Encoding, TexelFormat};
-pub use error::{EncodeError, ReadError, SpecError};
-pub use grid::{Grid, Statistics};
-pub use metadata::{
+pub use bake_record::{
     BakeRecord, Boundary, BoundaryMode, FACE_SIZES, Inside, Interior, RAY_COUNTS, Sampling, Source,
 };
-pub use spec::{GridSpec, MAX_CELLS, MAX_RESOLUTION, MIN_RESOLUTION};
+pub use encoding::{Channel, Encoding};
+pub use error::{EncodeError, ReadError};
+pub use grid::{Grid, Statistics};
+pub use spec::{GridSpec, MAX_CELLS, MAX_RESOLUTION, MIN_RESOLUTION, SpecError};
+pub use texel_format::{ChannelRange, TexelFormat};

@@ -1,7 +1,5 @@
 //! The box of a grid and its division into cells.
 
-use crate::SpecError;
-
 /// The minimum number of cells along an axis. With fewer, the two-cell margins of the placement
 /// (RR-5779 eq. 4, padded) would leave no cells for the object itself.
 pub const MIN_RESOLUTION: u32 = 8;
@@ -22,6 +20,24 @@ pub struct GridSpec {
     resolution: [u32; 3],
     center: [f32; 3],
     half_extents: [f32; 3],
+}
+
+/// The reason that a resolution and a box do not describe a grid.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SpecError {
+    /// Too few or too many cells along one axis.
+    #[error("resolution {0} is outside {MIN_RESOLUTION}..={MAX_RESOLUTION} cells per axis")]
+    Resolution(u32),
+    /// Too many cells in all.
+    #[error("{} × {} × {} cells exceed the maximum of {MAX_CELLS} per grid", .0[0], .0[1], .0[2])]
+    TooManyCells([u32; 3]),
+    /// The box reaches beyond the range of a single-precision float.
+    #[error("the box is not finite along {0}")]
+    NotFinite(&'static str),
+    /// The box has no size along an axis.
+    #[error("half-extent {1} along {0} must be greater than zero")]
+    HalfExtent(&'static str, f32),
 }
 
 impl GridSpec {

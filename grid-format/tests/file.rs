@@ -137,15 +137,16 @@ fn written_grids_are_read_back_within_the_error_bounds() {
         let grid = grid(encoding, format);
         let read = Grid::from_bytes(&grid.to_bytes()).unwrap();
         assert_eq!(read, grid);
-        let [max_a, max_d] = format.max_error();
+        let [max_a, max_d] = encoding.max_error(format);
         for (idx, cell) in cells(grid.spec()).into_iter().enumerate() {
             let found = read.cone(idx);
             let rounding = 2.0 * f32::EPSILON;
             assert!((found[3] - cell[3]).abs() <= max_a + rounding);
             for x in 0..3 {
-                let expected = match encoding {
-                    Encoding::Cone => cell[x],
-                    Encoding::Occlusion => 0.0,
+                let expected = if encoding.has_direction() {
+                    cell[x]
+                } else {
+                    0.0
                 };
                 assert!((found[x] - expected).abs() <= max_d + rounding);
             }

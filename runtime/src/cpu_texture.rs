@@ -2,7 +2,6 @@
 
 use aogrid_grid_format::{Grid, TexelFormat};
 use aogrid_tables::{ClipTable, Format, MergeTable};
-use half::f16;
 
 /// A texture as a shader reads it: missing channels are 0, and 1 in alpha.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,7 +21,9 @@ impl CpuTexture {
     pub fn of_grid(grid: &Grid) -> Self {
         let channels = grid.encoding().channels();
         let stored = grid.texels().chunks_exact(grid.format().channel_bytes());
-        let values: Vec<f32> = stored.map(|bytes| channel(grid.format(), bytes)).collect();
+        let values: Vec<f32> = stored
+            .map(|bytes| grid.format().shader_value(bytes))
+            .collect();
         Self {
             size: grid.spec().resolution().map(|n| n as usize),
             texels: values.chunks_exact(channels).map(texel).collect(),
@@ -61,7 +62,7 @@ impl CpuTexture {
     fn table(size: [usize; 3], f16_texels: &[u8], channels: usize) -> Self {
         let values: Vec<f32> = f16_texels
             .chunks_exact(2)
-            .map(|bytes| channel(TexelFormat::F16, bytes))
+            .map(|bytes| TexelFormat::F16.shader_value(bytes))
             .collect();
         Self {
             size,
@@ -73,15 +74,6 @@ impl CpuTexture {
 fn clip_size() -> [usize; 3] {
     let [width, height] = ClipTable::SIZE;
     [width, height, 1]
-}
-
-/// A stored channel as a shader reads it.
-fn channel(format: TexelFormat, bytes: &[u8]) -> f32 {
-    match format {
-        TexelFormat::Unorm8 => f32::from(bytes[0]) / 255.0,
-        TexelFormat::F16 => f16::from_le_bytes([bytes[0], bytes[1]]).to_f32(),
-        TexelFormat::F32 => f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]),
-    }
 }
 
 fn texel(channels: &[f32]) -> [f32; 4] {

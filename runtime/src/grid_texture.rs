@@ -181,12 +181,10 @@ fn extent([width, height, depth_or_array_layers]: [u32; 3]) -> wgpu::Extent3d {
 /// The texture format of a grid: never sRGB, the texels are data.
 pub(crate) fn texture_format(encoding: Encoding, format: TexelFormat) -> wgpu::TextureFormat {
     use wgpu::TextureFormat as F;
-    match (encoding, format) {
-        (Encoding::Occlusion, TexelFormat::Unorm8) => F::R8Unorm,
-        (Encoding::Occlusion, TexelFormat::F16) => F::R16Float,
-        (Encoding::Occlusion, TexelFormat::F32) => F::R32Float,
-        (Encoding::Cone, TexelFormat::Unorm8) => F::Rgba8Unorm,
-        (Encoding::Cone, TexelFormat::F16) => F::Rgba16Float,
-        (Encoding::Cone, TexelFormat::F32) => F::Rgba32Float,
-    }
+    let [one, four] = match format {
+        TexelFormat::Unorm8 => [F::R8Unorm, F::Rgba8Unorm],
+        TexelFormat::F16 => [F::R16Float, F::Rgba16Float],
+        TexelFormat::F32 => [F::R32Float, F::Rgba32Float],
+    };
+    if encoding.channels() == 1 { one } else { four }
 }

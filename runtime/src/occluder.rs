@@ -1,6 +1,6 @@
 //! One occluder: a grid and the transform of its object.
 
-use aogrid_grid_format::{GridSpec, TexelFormat};
+use aogrid_grid_format::{ChannelRange, GridSpec, TexelFormat};
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, Vec3};
 
@@ -98,7 +98,7 @@ impl AogridOccluder {
     ) -> Result<Self, InstanceError> {
         let world_from_object = validated_transform(instance)?;
         let grid_from_world = (world_from_object * object_from_grid(spec)).inverse();
-        let [scale, offset] = direction_decoding(format);
+        let [scale, offset] = format.decoding(ChannelRange::Signed);
         let [grid_x, grid_y, grid_z] = rows(grid_from_world)?;
         let [axis_x, axis_y, axis_z] = rows(axis_from_texel(world_from_object, scale, offset))?;
         Ok(Self {
@@ -167,15 +167,6 @@ fn object_from_grid(spec: &GridSpec) -> DMat4 {
     let center = Vec3::from(spec.center()).as_dvec3();
     let half_extents = Vec3::from(spec.half_extents()).as_dvec3();
     DMat4::from_translation(center - half_extents) * DMat4::from_scale(2.0 * half_extents)
-}
-
-/// Returns \[scale, offset\] of the decoding d = scale · t + offset, for a texel's channel t as a
-/// shader reads it (the grid file's own decoding; see `aogrid_grid_format::TexelFormat`).
-fn direction_decoding(format: TexelFormat) -> [f64; 2] {
-    match format {
-        TexelFormat::Unorm8 => [255.0 / 127.0, -128.0 / 127.0],
-        TexelFormat::F16 | TexelFormat::F32 => [1.0, 0.0],
-    }
 }
 
 /// The map from a texel's rgb to the axis: the decoding, then the instance's linear part divided by

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::bail;
-use aogrid_grid_format::{Encoding, Grid};
+use aogrid_grid_format::Grid;
 use serde::Serialize;
 
 use super::info::read_grid;
@@ -82,7 +82,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
 
 fn compare(a: &Grid, b: &Grid) -> Difference {
     let cells = a.spec().cell_count();
-    let both_cones = a.encoding() == Encoding::Cone && b.encoding() == Encoding::Cone;
+    let both_cones = [a, b].iter().all(|grid| grid.encoding().has_direction());
     let (mut differing, mut squares, mut worst, mut at) = (0, 0.0, 0.0, 0);
     let mut angles = Vec::new();
     for idx in 0..cells {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use aogrid_grid_format::{BoundaryMode, Encoding, Grid};
+use aogrid_grid_format::{BoundaryMode, Grid};
 
 use super::info::read_grid;
 use crate::console::Console;
@@ -66,7 +66,7 @@ fn violation(grid: &Grid) -> Option<String> {
             "occlusion at its boundary cell {cell:?} is not zero"
         ));
     }
-    if grid.encoding() == Encoding::Cone
+    if grid.encoding().has_direction()
         && let Some(idx) = cells.into_iter().find(|&idx| !has_valid_axis(grid, idx))
     {
         let cell = spec.cell_at(idx);
@@ -83,6 +83,7 @@ fn has_valid_axis(grid: &Grid, idx: usize) -> bool {
     let length = (x * x + y * y + z * z).sqrt();
     // Errors of the three components, each up to the format's error, change the length by up to √3
     // times that; single floats round by a few units in the last place.
-    let tolerance = 3.0_f32.sqrt() * grid.format().max_error()[1] + 4.0 * f32::EPSILON;
+    let [_, max_error] = grid.encoding().max_error(grid.format());
+    let tolerance = 3.0_f32.sqrt() * max_error + 4.0 * f32::EPSILON;
     length == 0.0 || (length - 1.0).abs() <= tolerance
 }

@@ -1,7 +1,5 @@
 //! The pipeline of the raster pass: its target, blending and constants.
 
-use aogrid_grid_format::Encoding;
-
 use super::{Mode, OcclusionPassDescriptor, Output, PassError};
 use crate::boxes::{self, BoxPipelineDescriptor, OccluderDraws};
 use crate::frame::FrameBindings;
@@ -12,7 +10,7 @@ pub(super) fn check(
     device: &wgpu::Device,
     descriptor: &OcclusionPassDescriptor,
 ) -> Result<(), PassError> {
-    if descriptor.mode == Mode::Cone && descriptor.encoding == Encoding::Occlusion {
+    if descriptor.mode == Mode::Cone && !descriptor.encoding.has_direction() {
         return Err(PassError::NoCones);
     }
     let with_axis = descriptor.output == Output::TransmittanceAndAxis;
@@ -49,7 +47,7 @@ pub(super) fn new(
     descriptor: &OcclusionPassDescriptor,
 ) -> wgpu::RenderPipeline {
     let [draw, grid] = draws.layouts();
-    let grids_hold_cones = f64::from(u8::from(descriptor.encoding == Encoding::Cone));
+    let grids_hold_cones = f64::from(u8::from(descriptor.encoding.has_direction()));
     let mut constants = descriptor.reads().constants().to_vec();
     constants.push(("grids_hold_cones", grids_hold_cones));
     let box_pipeline = BoxPipelineDescriptor {

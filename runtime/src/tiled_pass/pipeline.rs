@@ -1,7 +1,5 @@
 //! The pipelines of the tiled pass.
 
-use aogrid_grid_format::Encoding;
-
 use super::{Combine, TiledPassDescriptor};
 use crate::{Mode, Output, PassError, wgsl};
 
@@ -9,7 +7,7 @@ use crate::{Mode, Output, PassError, wgsl};
 pub(super) fn check(descriptor: &TiledPassDescriptor) -> Result<(), PassError> {
     use wgpu::TextureFormat as F;
     let mode = descriptor.mode;
-    if mode == Mode::Cone && descriptor.encoding == Encoding::Occlusion {
+    if mode == Mode::Cone && !descriptor.encoding.has_direction() {
         return Err(PassError::NoCones);
     }
     if mode == Mode::Occlusion && descriptor.needs_axes() {
@@ -89,7 +87,7 @@ fn constants(descriptor: &TiledPassDescriptor) -> Vec<(&'static str, f64)> {
         ("writes_axis", flag(writes_axis)),
         (
             "grids_hold_cones",
-            flag(descriptor.encoding == Encoding::Cone),
+            flag(descriptor.encoding.has_direction()),
         ),
     ];
     [&descriptor.reads().constants()[..], &own].concat()

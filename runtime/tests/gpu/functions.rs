@@ -275,24 +275,27 @@ fn faded_grids_need_no_box_test_outside_their_box() {
     }
 }
 
+/// The CPU twin of a function for grids' occlusion alone.
+type Twin = fn(&AogridOccluder, &CpuTexture, [f32; 3], bool) -> f32;
+
 #[test]
 fn scalar_occlusion_matches_the_cpu_twin_on_others_and_on_itself() {
     let Some(gpu) = gpu() else { return };
     for format in TexelFormat::ALL {
-        for (encoding, function) in [
-            (Encoding::Occlusion, "aogrid_occlusion"),
-            (Encoding::Cone, "aogrid_occlusion_of_cone"),
-        ] {
+        let twin_of = |encoding: Encoding| -> (&str, Twin) {
+            match encoding.has_direction() {
+                false => ("aogrid_occlusion", aogrid_occlusion),
+                true => ("aogrid_occlusion_of_cone", aogrid_occlusion_of_cone),
+            }
+        };
+        for encoding in Encoding::ALL {
+            let (function, twin) = twin_of(encoding);
             let harness = Harness::new(&gpu, ball(encoding, format), &transformed());
             let grid = CpuTexture::of_grid(&harness.grid);
             let call =
                 |on_itself| format!("{function}(occluder, grid, linear_clamp, p, {on_itself})");
             let body = format!("return vec4f({}, {}, 0, 0);", call(false), call(true));
             let worst = harness.max_difference(&body, &dense(), |p, _| {
-                let twin = match encoding {
-                    Encoding::Occlusion => aogrid_occlusion,
-                    Encoding::Cone => aogrid_occlusion_of_cone,
-                };
                 let t = |on_itself| twin(&harness.occluder, &grid, p, on_itself);
                 [t(false), t(true), 0.0, 0.0]
             });

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use anyhow::{Context, ensure};
-use aogrid_grid_format::{Encoding, Grid};
+use aogrid_grid_format::Grid;
 use aogrid_runtime::AogridOccluder;
 use glam::DMat4;
 
@@ -53,7 +53,7 @@ pub(super) fn casters<'a>(job: &Job<'a>, shading: GridShading) -> anyhow::Result
             .clone()
             .context("no grid was made")?;
         ensure!(
-            shading == GridShading::Occlusion || grid.encoding() == Encoding::Cone,
+            shading == GridShading::Occlusion || grid.encoding().has_direction(),
             "its grid has no cones: bake it with --encoding cone, or use --mode occlusion"
         );
         let occluder =

@@ -8,7 +8,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::bail;
 use aogrid_bake_core::Progress;
-use aogrid_grid_format::Encoding;
 use aogrid_runtime::CpuTexture;
 use aogrid_runtime::shading::{
     aogrid_cone, aogrid_merge_cone, aogrid_occlusion, aogrid_occlusion_of_cone,
@@ -115,14 +114,14 @@ impl Textured<'_> {
         let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
         let on_itself = id == self.caster.instance.id;
         let Caster { occluder, grid, .. } = self.caster;
-        match (shading, grid.encoding()) {
+        match (shading, grid.encoding().has_direction()) {
             (GridShading::Cone | GridShading::Merge, _) => {
                 aogrid_cone(occluder, &self.texture, &tables.transmittance, p, n)
             }
-            (GridShading::Occlusion, Encoding::Occlusion) => {
+            (GridShading::Occlusion, false) => {
                 aogrid_occlusion(occluder, &self.texture, p, on_itself)
             }
-            (GridShading::Occlusion, Encoding::Cone) => {
+            (GridShading::Occlusion, true) => {
                 aogrid_occlusion_of_cone(occluder, &self.texture, p, on_itself)
             }
         }

@@ -2,7 +2,7 @@
 
 use aogrid_bake_core::TriangleMesh;
 use aogrid_bake_core::layers::CellClass;
-use aogrid_grid_format::{Encoding, Grid};
+use aogrid_grid_format::Grid;
 use image::RgbImage;
 
 use super::{BakedModel, outline};
@@ -122,9 +122,9 @@ impl Layout {
 /// Draws the sheet of `grid`, which is called `name`.
 pub(super) fn draw(grid: &Grid, model: Option<&BakedModel>, name: &str) -> RgbImage {
     let layout = Layout::new(grid);
-    let quantities: &[Quantity] = match grid.encoding() {
-        Encoding::Occlusion => &[Quantity::Occlusion],
-        Encoding::Cone => &[Quantity::Occlusion, Quantity::Direction],
+    let quantities: &[Quantity] = match grid.encoding().has_direction() {
+        false => &[Quantity::Occlusion],
+        true => &[Quantity::Occlusion, Quantity::Direction],
     };
     let header = headings(grid, name);
     let top = MARGIN + header.len() as u32 * LINE_HEIGHT + 3 * LINE_HEIGHT;

@@ -121,7 +121,7 @@ impl<'a> Picture<'a> {
     /// multiplication commutes.
     fn passes(&self, shading: GridShading, output: Output) -> anyhow::Result<Vec<OcclusionPass>> {
         let mut passes = vec![];
-        for encoding in [Encoding::Cone, Encoding::Occlusion] {
+        for encoding in Encoding::ALL {
             let occluders = self.occluders.iter();
             let occluders: Vec<_> = occluders
                 .filter(|(grid, _)| grid.encoding() == encoding)

@@ -142,6 +142,44 @@ pub struct Source {
     pub triangles: u64,
 }
 
+impl Interior {
+    /// Every rule, the recommended one first.
+    pub const ALL: [Self; 3] = [Self::Signed, Self::Enclosed, Self::Keep];
+
+    /// Returns the name on command lines and in scenes; files call [`Interior::Enclosed`] `fill`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Signed => "signed",
+            Self::Enclosed => "enclosed",
+            Self::Keep => "keep",
+        }
+    }
+
+    /// Returns the rule with this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|rule| rule.name() == name)
+    }
+}
+
+impl BoundaryMode {
+    /// Every mode.
+    pub const ALL: [Self; 3] = [Self::Jgt, Self::Rr, Self::None];
+
+    /// Returns the name in files and on command lines.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Jgt => "jgt",
+            Self::Rr => "rr",
+            Self::None => "none",
+        }
+    }
+
+    /// Returns the mode with this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|mode| mode.name() == name)
+    }
+}
+
 impl BakeRecord {
     /// Returns the name of the first field that is out of range.
     pub(crate) fn out_of_range(&self) -> Option<&'static str> {
@@ -162,5 +200,25 @@ impl BakeRecord {
             ),
         ];
         checks.into_iter().find(|(ok, _)| !ok).map(|(_, name)| name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_those_that_files_understand() {
+        for mode in BoundaryMode::ALL {
+            assert_eq!(BoundaryMode::from_name(mode.name()), Some(mode));
+            let json = format!("\"{}\"", mode.name());
+            assert_eq!(serde_json::from_str::<BoundaryMode>(&json).unwrap(), mode);
+        }
+        for rule in Interior::ALL {
+            assert_eq!(Interior::from_name(rule.name()), Some(rule));
+            let json = format!("\"{}\"", rule.name());
+            assert_eq!(serde_json::from_str::<Interior>(&json).unwrap(), rule);
+        }
+        assert_eq!(Interior::from_name("fill"), None);
     }
 }

@@ -4,12 +4,10 @@
 //! one valid value. That rules out overlapping and hidden sections. No allocation exceeds the
 //! file's own length by more than a constant.
 
-use ktx2::{Header, LevelIndex};
+use ::ktx2::{Header, LevelIndex};
 use serde::Deserialize;
 
-use crate::grid::is_cone;
-use crate::layout::{self, METADATA_KEY, PROFILE_MAJOR, WRITER_KEY};
-use crate::write::FileMetadata;
+use super::layout::{self, FileMetadata, METADATA_KEY, PROFILE_MAJOR, WRITER_KEY};
 use crate::{Encoding, Grid, GridSpec, ReadError, Statistics, TexelFormat};
 
 impl Grid {
@@ -22,17 +20,18 @@ impl Grid {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, ReadError> {
         // The sections are checked in file order, each at the offset where the one before it ends.
         let header = read_header(bytes)?;
-        let (texture_encoding, format) = check_kind(&header)?;
+        let (channels, format) = check_kind(&header)?;
         let kvd_start = check_descriptor(bytes, &header)?;
         let (kvd, kvd_end) = key_value_section(bytes, &header, kvd_start)?;
         let pairs = parse_key_values(kvd)?;
         let metadata = parse_metadata(&pairs)?;
-        let encoding = named_encoding(&metadata.encoding)?;
-        if encoding.channels() != texture_encoding.channels() {
+        let encoding = Encoding::from_name(&metadata.encoding)
+            .ok_or_else(|| ReadError::UnknownEncoding(metadata.encoding.clone()))?;
+        if encoding.channels() != channels {
             return Err(ReadError::Channels {
                 encoding: encoding.name(),
                 expected: encoding.channels(),
-                found: texture_encoding.channels(),
+                found: channels,
             });
         }
         // The resolution is bounded before anything is sized by it.
@@ -54,7 +53,8 @@ impl Grid {
     }
 
     fn check_texels(&self) -> Result<(), ReadError> {
-        match (0..self.spec.cell_count()).find(|&idx| !is_cone(self.cone(idx))) {
+        let mut texels = self.texels.chunks_exact(self.texel_bytes());
+        match texels.position(|texel| !self.encoding.is_in_range(self.format, texel)) {
             Some(idx) => Err(ReadError::Texel(self.spec.cell_at(idx))),
             None => Ok(()),
         }
@@ -62,7 +62,7 @@ impl Grid {
 }
 
 fn read_header(bytes: &[u8]) -> Result<Header, ReadError> {
-    if bytes.len() >= ktx2::MAGIC.len() && !bytes.starts_with(&ktx2::MAGIC) {
+    if bytes.len() >= ::ktx2::MAGIC.len() && !bytes.starts_with(&::ktx2::MAGIC) {
         return Err(ReadError::NotKtx2);
     }
     let head = slice(bytes, 0, Header::LENGTH, "the header")?;
@@ -70,13 +70,13 @@ fn read_header(bytes: &[u8]) -> Result<Header, ReadError> {
     Header::from_bytes(head).map_err(|error| ReadError::NotAGrid(error.to_string()))
 }
 
-/// Returns the encoding and the texel format that belong to the texture's Vulkan format.
-fn check_kind(header: &Header) -> Result<(Encoding, TexelFormat), ReadError> {
+/// Returns the number of channels and the texel format of the texture's Vulkan format.
+fn check_kind(header: &Header) -> Result<(usize, TexelFormat), ReadError> {
     let refuse = |reason: String| Err(ReadError::NotAGrid(reason));
     if header.supercompression_scheme.is_some() {
         return refuse("it is supercompressed".into());
     }
-    let Some((encoding, format)) = layout::texel_kind(header.format) else {
+    let Some((channels, format)) = layout::texel_kind(header.format) else {
         return refuse(match header.format {
             Some(format) => format!("its format {format:?} is not supported by the profile"),
             None => "its format is undefined".into(),
@@ -91,7 +91,7 @@ fn check_kind(header: &Header) -> Result<(Encoding, TexelFormat), ReadError> {
             header.layer_count, header.face_count, header.level_count
         ));
     }
-    Ok((encoding, format))
+    Ok((channels, format))
 }
 
 /// Compares the data format descriptor with the one that the format requires, and returns its end.
@@ -187,11 +187,6 @@ fn parse_metadata(pairs: &[(&str, &str)]) -> Result<FileMetadata, ReadError> {
         Some(newer) if newer > PROFILE_MAJOR => Err(ReadError::NewerVersion(newer)),
         _ => Err(ReadError::MetadataRange("version")),
     }
-}
-
-fn named_encoding(name: &str) -> Result<Encoding, ReadError> {
-    let found = Encoding::ALL.into_iter().find(|e| e.name() == name);
-    found.ok_or_else(|| ReadError::UnknownEncoding(name.to_owned()))
 }
 
 fn read_statistics(metadata: &FileMetadata) -> Result<Statistics, ReadError> {

@@ -1,30 +1,18 @@
 //! Writing: grid to bytes.
 
-use ktx2::{Header, Index, LevelIndex};
-use serde::{Deserialize, Serialize};
+use ::ktx2::{Header, Index, LevelIndex};
 
-use crate::layout::{
-    self, METADATA_KEY, ORIENTATION, ORIENTATION_KEY, PROFILE_MAJOR, PROFILE_MINOR, WRITER_KEY,
+use super::layout::{
+    self, FileMetadata, METADATA_KEY, ORIENTATION, ORIENTATION_KEY, PROFILE_MAJOR, PROFILE_MINOR,
+    WRITER_KEY,
 };
-use crate::{BakeRecord, Grid};
-
-/// The JSON object of the profile.
-#[derive(Serialize, Deserialize)]
-pub(crate) struct FileMetadata {
-    pub version: String,
-    pub encoding: String,
-    pub center: [f32; 3],
-    pub half_extents: [f32; 3],
-    pub bake: BakeRecord,
-    pub mean: f64,
-    pub largest: f32,
-}
+use crate::Grid;
 
 impl Grid {
     /// Returns the bytes of the grid's file. Equal grids give equal bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
         // All offsets are known beforehand, so that the bytes are written in one go.
-        let format = layout::vk_format(self.encoding, self.format);
+        let format = layout::vk_format(self.encoding.channels(), self.format);
         let (descriptor, type_size) = layout::descriptor(format);
         let key_values = self.key_values();
         let kvd_start = layout::DFD_START + descriptor.len();

@@ -1,9 +1,10 @@
 //! The KTX2 layout of the one kind of texture that this profile allows: 80 bytes of header, one
 //! level index entry, the data format descriptor, key/value data, the level.
 
-use ktx2::{Format, Header, LevelIndex, dfd};
+use ::ktx2::{Format, Header, LevelIndex, dfd};
+use serde::{Deserialize, Serialize};
 
-use crate::{Encoding, TexelFormat};
+use crate::{BakeRecord, TexelFormat};
 
 /// The profile's version. A reader accepts every minor version of its own major version.
 pub(crate) const PROFILE_MAJOR: u32 = 1;
@@ -18,26 +19,37 @@ pub(crate) const ORIENTATION: &str = "ruo";
 /// Offset of the data format descriptor: behind the header and the index entry of the one level.
 pub(crate) const DFD_START: usize = Header::LENGTH + LevelIndex::LENGTH;
 
-/// Returns the Vulkan format of an encoding's texels.
-pub(crate) fn vk_format(encoding: Encoding, format: TexelFormat) -> Format {
-    match (encoding, format) {
-        (Encoding::Occlusion, TexelFormat::Unorm8) => Format::R8_UNORM,
-        (Encoding::Occlusion, TexelFormat::F16) => Format::R16_SFLOAT,
-        (Encoding::Occlusion, TexelFormat::F32) => Format::R32_SFLOAT,
-        (Encoding::Cone, TexelFormat::Unorm8) => Format::R8G8B8A8_UNORM,
-        (Encoding::Cone, TexelFormat::F16) => Format::R16G16B16A16_SFLOAT,
-        (Encoding::Cone, TexelFormat::F32) => Format::R32G32B32A32_SFLOAT,
-    }
+/// The JSON object of the profile.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct FileMetadata {
+    pub version: String,
+    pub encoding: String,
+    pub center: [f32; 3],
+    pub half_extents: [f32; 3],
+    pub bake: BakeRecord,
+    pub mean: f64,
+    pub largest: f32,
+}
+
+/// The numbers of channels that a texel can have.
+const CHANNELS: [usize; 2] = [1, 4];
+
+/// Returns the Vulkan format of texels with one channel or four.
+pub(crate) fn vk_format(channels: usize, format: TexelFormat) -> Format {
+    let [one, four] = match format {
+        TexelFormat::Unorm8 => [Format::R8_UNORM, Format::R8G8B8A8_UNORM],
+        TexelFormat::F16 => [Format::R16_SFLOAT, Format::R16G16B16A16_SFLOAT],
+        TexelFormat::F32 => [Format::R32_SFLOAT, Format::R32G32B32A32_SFLOAT],
+    };
+    if channels == 1 { one } else { four }
 }
 
 /// The inverse of [`vk_format`]; `None` for a format outside the profile.
-pub(crate) fn texel_kind(format: Option<Format>) -> Option<(Encoding, TexelFormat)> {
-    let kinds = Encoding::ALL
+pub(crate) fn texel_kind(format: Option<Format>) -> Option<(usize, TexelFormat)> {
+    CHANNELS
         .into_iter()
-        .flat_map(|e| TexelFormat::ALL.map(|f| (e, f)));
-    kinds
-        .into_iter()
-        .find(|&(e, f)| Some(vk_format(e, f)) == format)
+        .flat_map(|channels| TexelFormat::ALL.map(|format| (channels, format)))
+        .find(|&(channels, kind)| Some(vk_format(channels, kind)) == format)
 }
 
 /// Returns the data format descriptor section, its leading total length included, and the
@@ -62,15 +74,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_encoding_and_texel_format_has_its_own_vulkan_format() {
-        for encoding in Encoding::ALL {
+    fn every_channel_count_and_texel_format_has_its_own_vulkan_format() {
+        for channels in CHANNELS {
             for format in TexelFormat::ALL {
-                let vk = vk_format(encoding, format);
-                assert_eq!(texel_kind(Some(vk)), Some((encoding, format)));
+                let vk = vk_format(channels, format);
+                assert_eq!(texel_kind(Some(vk)), Some((channels, format)));
                 let (bytes, type_size) = descriptor(vk);
                 assert_eq!(type_size as usize, format.channel_bytes());
                 // 4 of total length, 24 of basic block, 16 for each channel's sample.
-                assert_eq!(bytes.len(), 28 + 16 * encoding.channels());
+                assert_eq!(bytes.len(), 28 + 16 * channels);
             }
         }
         assert_eq!(texel_kind(Some(Format::R8G8B8A8_SRGB)), None);

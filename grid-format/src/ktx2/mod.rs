@@ -1,0 +1,7 @@
+//! The file: bytes of a KTX2 texture with metadata, written and read.
+
+mod layout;
+mod read;
+mod write;
+
+pub(crate) use layout::PROFILE_MAJOR;
