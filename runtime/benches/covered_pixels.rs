@@ -10,11 +10,11 @@
 
 use std::time::Instant;
 
-use aogrid_grid_format::{Encoding, GridSpec, TexelFormat};
+use aogrid_grid_format::{GridSpec, TexelFormat};
 use aogrid_runtime::shading::{aogrid_grid_position, aogrid_is_inside};
 use aogrid_runtime::{
-    AogridOccluder, DepthTest, Frame, GridTexture, Instance, Mode, Normals, OcclusionPass,
-    OcclusionPassDescriptor, Output, Positions, Receivers,
+    AogridOccluder, DepthTest, Frame, GBufferFormat, GBufferViews, GridTexture, Instance, Mode,
+    Normals, OcclusionPass, OcclusionPassDescriptor, Output, Positions, Receivers,
 };
 use glam::camera::rh::{proj::directx, view};
 use glam::{Mat4, Quat, Vec3, Vec4};
@@ -159,10 +159,12 @@ fn times(gpu: &Gpu, grid: &GridTexture, instances: &[Instance], buffer: &Buffer)
     let target = target.create_view(&Default::default());
     let occluders: Vec<_> = instances.iter().map(|instance| (grid, *instance)).collect();
     let frame = Frame {
-        clip_from_world: clip_from_world().to_cols_array_2d(),
-        positions: &positions,
-        normals: Some(&normals),
-        receivers: None,
+        gbuffer: GBufferViews {
+            clip_from_world: clip_from_world().to_cols_array_2d(),
+            positions: &positions,
+            normals: Some(&normals),
+            receivers: None,
+        },
         occluders: &occluders,
     };
     let passes = [None, Some(DEPTH)].map(|format| {
@@ -192,15 +194,16 @@ fn pass(gpu: &Gpu, depth: Option<wgpu::TextureFormat>) -> OcclusionPass {
         mode: Mode::Cone,
         output: Output::Transmittance,
         target: TARGET,
-        positions: Positions::World,
-        normals: Normals::Signed,
-        receivers: Receivers::None,
-        depth: depth.map(|format| DepthTest {
-            format,
-            compare: wgpu::CompareFunction::GreaterEqual,
-        }),
+        gbuffer: GBufferFormat {
+            positions: Positions::World,
+            normals: Normals::Signed,
+            receivers: Receivers::None,
+            depth: depth.map(|format| DepthTest {
+                format,
+                compare: wgpu::CompareFunction::GreaterEqual,
+            }),
+        },
         front_face: wgpu::FrontFace::Ccw,
-        encoding: Encoding::Cone,
     };
     OcclusionPass::new(&gpu.device, &gpu.queue, descriptor).expect("its parts fit")
 }

@@ -15,11 +15,11 @@ use aogrid_bake_core::mesh::Part;
 use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, UNOBSERVED, post};
 use aogrid_baker_cpu::RayScene;
-use aogrid_grid_format::{Encoding, Grid, Source};
+use aogrid_grid_format::{Grid, Source};
 use aogrid_runtime::{
-    Combine, Frame, GridAtlas, GridTexture, Instance, MergePass, MergePassDescriptor, Mode,
-    Normals, OcclusionPass, OcclusionPassDescriptor, Output, Positions, Receivers, TiledFrame,
-    TiledPass, TiledPassDescriptor,
+    Combine, Frame, GBufferFormat, GBufferViews, GridAtlas, GridTexture, Instance, MergePass,
+    MergePassDescriptor, Mode, Normals, OcclusionPass, OcclusionPassDescriptor, Output, Positions,
+    Receivers, TiledFrame, TiledPass, TiledPassDescriptor,
 };
 use glam::camera::rh::{proj::directx, view};
 use glam::{Mat4, Vec3, Vec4};
@@ -36,6 +36,14 @@ const ROUNDS: usize = 9;
 const OCCLUDER_COUNTS: [usize; 5] = [1, 10, 40, 200, 1000];
 
 const FLOATS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+
+/// The format of [`Views`].
+const FORMAT: GBufferFormat = GBufferFormat {
+    positions: Positions::World,
+    normals: Normals::Signed,
+    receivers: Receivers::None,
+    depth: None,
+};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let gpu = Gpu::new()?;
@@ -174,6 +182,17 @@ struct Views {
     normals: wgpu::TextureView,
 }
 
+impl Views {
+    fn gbuffer(&self) -> GBufferViews<'_> {
+        GBufferViews {
+            clip_from_world: clip_from_world().to_cols_array_2d(),
+            positions: &self.positions,
+            normals: Some(&self.normals),
+            receivers: None,
+        }
+    }
+}
+
 struct Workload<'a> {
     gpu: &'a Gpu,
     views: &'a Views,
@@ -215,12 +234,8 @@ impl Workload<'_> {
             mode: Mode::Cone,
             output: Output::Transmittance,
             target: blended(self.gpu),
-            positions: Positions::World,
-            normals: Normals::Signed,
-            receivers: Receivers::None,
-            depth: None,
+            gbuffer: FORMAT,
             front_face: wgpu::FrontFace::Ccw,
-            encoding: Encoding::Cone,
         };
         let mut pass = OcclusionPass::new(device, queue, descriptor)?;
         self.with_frame(|frame| Ok(pass.prepare(device, queue, frame)?))?;
@@ -232,10 +247,7 @@ impl Workload<'_> {
         let descriptor = MergePassDescriptor {
             label: "merge".into(),
             format: FLOATS,
-            positions: Positions::World,
-            normals: Normals::Signed,
-            receivers: Receivers::None,
-            depth: None,
+            gbuffer: FORMAT,
             front_face: wgpu::FrontFace::Ccw,
         };
         let mut pass = MergePass::new(device, queue, descriptor)?;
@@ -258,10 +270,7 @@ impl Workload<'_> {
             .iter()
             .map(|(grid, i)| (&textures[*grid], *i));
         prepare(&Frame {
-            clip_from_world: clip_from_world().to_cols_array_2d(),
-            positions: &self.views.positions,
-            normals: Some(&self.views.normals),
-            receivers: None,
+            gbuffer: self.views.gbuffer(),
             occluders: &occluders.collect::<Vec<_>>(),
         })
     }
@@ -279,18 +288,12 @@ impl Workload<'_> {
             combine,
             output,
             target,
-            positions: Positions::World,
-            normals: Normals::Signed,
-            receivers: Receivers::None,
-            encoding: Encoding::Cone,
+            gbuffer: FORMAT,
         };
         let mut pass = TiledPass::new(device, queue, descriptor)?;
         let grids: Vec<_> = self.grids.iter().collect();
         let frame = TiledFrame {
-            clip_from_world: clip_from_world().to_cols_array_2d(),
-            positions: &self.views.positions,
-            normals: Some(&self.views.normals),
-            receivers: None,
+            gbuffer: self.views.gbuffer(),
             atlas: &GridAtlas::new(device, queue, &grids, "grids")?,
             occluders: self.occluders,
             target: &self

@@ -20,7 +20,7 @@ pub const ENVIRONMENT: &str = include_str!("environment.wgsl");
 pub const OCCLUSION_PASS: &str = concat!(
     include_str!("constants.wgsl"),
     include_str!("shading.wgsl"),
-    include_str!("frame/frame.wgsl"),
+    include_str!("gbuffer/gbuffer.wgsl"),
     include_str!("boxes/boxes.wgsl"),
     include_str!("occlusion_pass/occlusion_pass.wgsl")
 );
@@ -29,7 +29,7 @@ pub const OCCLUSION_PASS: &str = concat!(
 pub const MERGE_PASS: &str = concat!(
     include_str!("constants.wgsl"),
     include_str!("shading.wgsl"),
-    include_str!("frame/frame.wgsl"),
+    include_str!("gbuffer/gbuffer.wgsl"),
     include_str!("boxes/boxes.wgsl"),
     include_str!("merge_pass/merge_pass.wgsl")
 );
@@ -43,7 +43,7 @@ pub fn tiled_pass(format: &str) -> String {
     );
     let parts = [
         SHADING,
-        include_str!("frame/frame.wgsl"),
+        include_str!("gbuffer/gbuffer.wgsl"),
         include_str!("tiled_pass/tiled_pass.wgsl"),
         &target,
     ];

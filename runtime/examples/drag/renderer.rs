@@ -13,7 +13,7 @@ use crate::pipelines;
 use crate::scene::{FLOOR, TABLE, Vertex, models};
 use crate::shadows::{ALPHA_CHANNEL, Shading, ShadowResult, Shadows, View};
 use crate::sky::Sky;
-use crate::targets::{DEPTH, Targets, attachment, texture};
+use crate::targets::{GBUFFER, Targets, attachment, texture};
 
 /// The uniform ambient light, used without a sky.
 const AMBIENT: wgpu::Color = wgpu::Color {
@@ -103,7 +103,7 @@ impl Renderer {
                 usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             }),
-            shadows: Shadows::new(&device, &queue, &grids, DEPTH)?,
+            shadows: Shadows::new(&device, &queue, &grids, GBUFFER)?,
             sky: Sky::new(&device, &queue)?,
             targets: Targets::new(&device, [width, height]),
             object: Vec3::ZERO,
@@ -207,10 +207,7 @@ impl Renderer {
             [self.object, TABLE].map(|at| Mat4::from_translation(at).to_cols_array_2d());
         let targets = &self.targets;
         let shadows_view = View {
-            clip_from_world: clip_from_world.to_cols_array_2d(),
-            positions: &targets.positions,
-            normals: &targets.normals,
-            ids: &targets.ids,
+            gbuffer: targets.gbuffer(clip_from_world.to_cols_array_2d()),
             depth: &targets.depth,
             darkened: &targets.darkened,
             blended: &targets.blended,
@@ -248,8 +245,9 @@ impl Renderer {
     ) -> Result<(wgpu::TextureView, [f32; 4]), Box<dyn Error>> {
         let targets = &self.targets;
         if self.has_sky {
+            let gbuffer = targets.gbuffer(self.clip_from_world().to_cols_array_2d());
             self.sky
-                .prepare(&self.device, &self.queue, &shadow.sum, &targets.normals)?;
+                .prepare(&self.device, &self.queue, gbuffer, &shadow.sum)?;
         }
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("light"),

@@ -1,5 +1,7 @@
 //! The textures of the window's size.
 
+use aogrid_runtime::{DepthTest, GBufferFormat, GBufferViews, Normals, Positions, Receivers};
+
 use crate::shadows::{BLENDED, DARKENED, STORED};
 
 pub const POSITIONS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -7,6 +9,17 @@ pub const NORMALS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 pub const IDS: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 pub const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 pub const LIGHT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+
+/// The description of the G-buffer for the passes that cones are shaded with, which need no ids.
+pub const GBUFFER: GBufferFormat = GBufferFormat {
+    positions: Positions::World,
+    normals: Normals::Unsigned,
+    receivers: Receivers::None,
+    depth: Some(DepthTest {
+        format: DEPTH,
+        compare: wgpu::CompareFunction::GreaterEqual,
+    }),
+};
 
 pub struct Targets {
     pub positions: wgpu::TextureView,
@@ -39,6 +52,18 @@ impl Targets {
                 wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
             )
             .create_view(&Default::default()),
+        }
+    }
+}
+
+impl Targets {
+    /// Returns the G-buffer, drawn with this camera.
+    pub fn gbuffer(&self, clip_from_world: [[f32; 4]; 4]) -> GBufferViews<'_> {
+        GBufferViews {
+            clip_from_world,
+            positions: &self.positions,
+            normals: Some(&self.normals),
+            receivers: Some(&self.ids),
         }
     }
 }

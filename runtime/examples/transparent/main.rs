@@ -8,10 +8,10 @@ use std::error::Error;
 
 use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, post};
-use aogrid_grid_format::{Encoding, Grid, Source};
+use aogrid_grid_format::{Grid, Source};
 use aogrid_runtime::{
-    Combine, GridAtlas, Instance, Mode, Normals, Output, Positions, Receivers, TiledFrame,
-    TiledPass, TiledPassDescriptor, wgsl,
+    Combine, GBufferFormat, GBufferViews, GridAtlas, Instance, Mode, Normals, Output, Positions,
+    Receivers, TiledFrame, TiledPass, TiledPassDescriptor, wgsl,
 };
 use glam::camera::rh::{proj::directx, view};
 use glam::{Mat4, Vec3};
@@ -62,18 +62,22 @@ async fn draw() -> Result<Vec<u8>, Box<dyn Error>> {
         combine: Combine::Merge,
         output: Output::TransmittanceAndAxis,
         target: HALVES,
-        positions: Positions::World,
-        normals: Normals::Signed,
-        receivers: Receivers::None,
-        encoding: Encoding::Cone,
+        gbuffer: GBufferFormat {
+            positions: Positions::World,
+            normals: Normals::Signed,
+            receivers: Receivers::None,
+            depth: None,
+        },
     };
     let mut tiled = TiledPass::new(device, queue, descriptor)?;
     let atlas = GridAtlas::new(device, queue, &grids.iter().collect::<Vec<_>>(), "grids")?;
     let frame = TiledFrame {
-        clip_from_world: clip_from_world.to_cols_array_2d(),
-        positions: &positions,
-        normals: Some(&normals),
-        receivers: None,
+        gbuffer: GBufferViews {
+            clip_from_world: clip_from_world.to_cols_array_2d(),
+            positions: &positions,
+            normals: Some(&normals),
+            receivers: None,
+        },
         atlas: &atlas,
         occluders: &occluders,
         target: &occlusion,
