@@ -89,7 +89,7 @@ impl FrameData {
         mode: Mode,
     ) -> Result<Self, PrepareError> {
         let count = frame.occluders.len();
-        if count > TiledPass::MOST_OCCLUDERS {
+        if count > TiledPass::MAX_OCCLUDERS {
             return Err(PrepareError::TooMany(count));
         }
         let [target, positions] =

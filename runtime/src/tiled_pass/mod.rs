@@ -51,7 +51,7 @@ pub struct TiledFrame<'a> {
     pub gbuffer: GBufferViews<'a>,
     /// All grids.
     pub atlas: &'a GridAtlas,
-    /// All occluders, including those off screen, up to [`TiledPass::MOST_OCCLUDERS`]: the index of
+    /// All occluders, including those off screen, up to [`TiledPass::MAX_OCCLUDERS`]: the index of
     /// each one's grid in the list from which the atlas was created, and its instance. They are
     /// processed in this order.
     pub occluders: &'a [(usize, Instance)],
@@ -84,7 +84,7 @@ const SIDE: u32 = 8;
 
 impl TiledPass {
     /// The maximum number of occluders in a frame.
-    pub const MOST_OCCLUDERS: usize = 32 * crate::wgsl::AOGRID_TILE_WORDS as usize;
+    pub const MAX_OCCLUDERS: usize = 32 * crate::wgsl::AOGRID_TILE_WORDS as usize;
 
     /// Compiles the pipeline of the lists and uploads the tables. That of the shading is compiled by
     /// the first frame whose atlas needs it.

@@ -428,7 +428,7 @@ fn unsuitable_descriptors_and_frames_are_rejected() {
         .storage_target([16, 16], format)
         .create_view(&Default::default());
     let mut pass = TiledPass::new(device, queue, tiled_descriptor()).unwrap();
-    let crowd = vec![many.occluders[0]; TiledPass::MOST_OCCLUDERS + 1];
+    let crowd = vec![many.occluders[0]; TiledPass::MAX_OCCLUDERS + 1];
     let frame = TiledFrame {
         gbuffer: views.gbuffer(perspective(), &raster::world_and_signed()),
         atlas: &cones,
