@@ -10,6 +10,7 @@
 
 use std::time::Instant;
 
+use aogrid_gpu_support::{Gpu, attachment, gpu, read_only_depth};
 use aogrid_grid_format::{GridSpec, TexelFormat};
 use aogrid_runtime::shading::{aogrid_grid_position, aogrid_is_inside};
 use aogrid_runtime::{
@@ -19,14 +20,9 @@ use aogrid_runtime::{
 use glam::camera::rh::{proj::directx, view};
 use glam::{Mat4, Quat, Vec3, Vec4};
 
-#[path = "../tests/gpu/gpu.rs"]
-#[allow(dead_code, reason = "the tests need more of it")]
-mod gpu;
 #[path = "../tests/gpu/grids.rs"]
 #[allow(dead_code, reason = "the tests need more of it")]
 mod grids;
-
-use gpu::Gpu;
 
 const SIZE: [u32; 2] = [512, 384];
 
@@ -42,7 +38,7 @@ const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
 
 fn main() {
-    let Some(gpu) = gpu::gpu() else { return };
+    let Some(gpu) = gpu() else { return };
     let grid = grids::faded_ball(TexelFormat::Unorm8);
     let texture = GridTexture::new(&gpu.device, &gpu.queue, &grid, "ball").expect("it fits");
     let buffer = floor();
@@ -150,8 +146,8 @@ fn meets_box(occluder: &AogridOccluder, from: Vec3, direction: Vec3) -> bool {
 fn times(gpu: &Gpu, grid: &GridTexture, instances: &[Instance], buffer: &Buffer) -> [f64; 2] {
     let floats = wgpu::TextureFormat::Rgba32Float;
     let up = vec![[0.0_f32, 1.0, 0.0, 0.0]; buffer.positions.len()];
-    let positions = gpu.texture(SIZE, floats, bytemuck::cast_slice(&buffer.positions));
-    let normals = gpu.texture(SIZE, floats, bytemuck::cast_slice(&up));
+    let positions = gpu.upload(SIZE, floats, bytemuck::cast_slice(&buffer.positions));
+    let normals = gpu.upload(SIZE, floats, bytemuck::cast_slice(&up));
     let depth = gpu.target_depth(SIZE, DEPTH);
     gpu.fill_depth(&depth, &buffer.depths, SIZE);
     let depth = depth.create_view(&Default::default());
@@ -218,20 +214,8 @@ fn time(
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut render_pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("bench"),
-        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-            view: target,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations {
-                load: wgpu::LoadOp::Clear(pass.clear_color()),
-                store: wgpu::StoreOp::Store,
-            },
-        })],
-        depth_stencil_attachment: depth.map(|view| wgpu::RenderPassDepthStencilAttachment {
-            view,
-            depth_ops: None,
-            stencil_ops: None,
-        }),
+        color_attachments: &[attachment(target, wgpu::LoadOp::Clear(pass.clear_color()))],
+        depth_stencil_attachment: depth.map(read_only_depth),
         ..Default::default()
     });
     pass.draw(&mut render_pass);

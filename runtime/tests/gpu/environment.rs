@@ -9,9 +9,9 @@ use aogrid_runtime::{
 };
 use glam::{Mat4, Vec3};
 
-use crate::gpu::{Gpu, gpu};
 use crate::raster::world_and_signed;
 use crate::scene::{GBuffer, SIZE, gbuffer, orthographic, perspective, reversed, surfaces};
+use aogrid_gpu_support::{Gpu, attachment, gpu};
 
 /// The kernel that calls the library's functions, one input per thread.
 const KERNEL: &str = "
@@ -432,11 +432,11 @@ impl Scene {
             let format = wgpu::TextureFormat::Rgba32Float;
             harness
                 .gpu
-                .texture(SIZE, format, bytemuck::cast_slice(texels))
+                .upload(SIZE, format, bytemuck::cast_slice(texels))
         };
         let positions = match descriptor.gbuffer.positions {
             Positions::World => floats(&self.buffer.positions),
-            Positions::Depth => harness.gpu.texture(
+            Positions::Depth => harness.gpu.upload(
                 SIZE,
                 wgpu::TextureFormat::R32Float,
                 bytemuck::cast_slice(&self.buffer.depths),
@@ -472,15 +472,7 @@ impl Scene {
         let mut encoder = device.create_command_encoder(&Default::default());
         let mut render_pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("test"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
-                    store: wgpu::StoreOp::Store,
-                },
-            })],
+            color_attachments: &[attachment(&view, wgpu::LoadOp::Clear(wgpu::Color::BLACK))],
             ..Default::default()
         });
         pass.draw(&mut render_pass);
@@ -584,7 +576,7 @@ fn unsuitable_descriptors_and_frames_are_rejected() {
         let refusal = EnvironmentPass::new(device, descriptor).unwrap_err();
         assert!(matches!(refusal, EnvironmentPassError::Target { .. }));
     }
-    let view = gpu.texture(SIZE, wgpu::TextureFormat::Rgba32Float, &[0; 128 * 96 * 16]);
+    let view = gpu.upload(SIZE, wgpu::TextureFormat::Rgba32Float, &[0; 128 * 96 * 16]);
     let map = EnvironmentTexture::new(device, queue, &sky(), "sky");
     let frame = EnvironmentFrame {
         gbuffer: GBufferViews {

@@ -7,10 +7,10 @@ use aogrid_runtime::{
 };
 use glam::Mat4;
 
-use crate::gpu::Gpu;
 use crate::grids::{faded_ball_in, other_spec, spec};
 use crate::raster::world_and_signed;
 use crate::scene::{GBuffer, gbuffer_of, surfaces, transforms};
+use aogrid_gpu_support::Gpu;
 
 /// A scene of occluders with several grids, over a G-buffer.
 pub struct ManyOccluders {
@@ -71,7 +71,7 @@ impl ManyOccluders {
     pub fn views(&self, gpu: &Gpu) -> Views {
         use wgpu::TextureFormat::{R32Float, Rg32Uint, Rgba32Float};
         let buffer = &self.buffer;
-        let texture = |format, texels| gpu.texture(self.size, format, texels);
+        let texture = |format, texels| gpu.upload(self.size, format, texels);
         Views {
             positions: texture(Rgba32Float, bytemuck::cast_slice(&buffer.positions)),
             depths: texture(R32Float, bytemuck::cast_slice(&buffer.depths)),

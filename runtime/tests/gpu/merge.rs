@@ -4,13 +4,13 @@ use aogrid_runtime::{
     MergePassDescriptor, PassError, Positions, PrepareError, Receivers,
 };
 
-use crate::gpu::{Gpu, gpu, gpu_with};
 use crate::grids::ball;
 use crate::many::{
     ManyOccluders, halves, max_difference, merge_descriptor, tiled_descriptor, vectors,
 };
 use crate::raster::world_and_signed;
 use crate::scene::{SIZE, orthographic, perspective, reversed};
+use aogrid_gpu_support::{Gpu, gpu, gpu_with};
 
 /// The error of one merge on floats: an angle computed from its cosine near 0, √(2ε) for a few
 /// roundings ε = 1e-6, times 1/π of AO per radian. Axes next to f's jump turn by less.

@@ -8,12 +8,12 @@ use aogrid_runtime::{
 use glam::camera::rh::{proj, view};
 use glam::{Mat4, Vec3};
 
-use crate::gpu::{Gpu, gpu, gpu_with};
 use crate::grids::{ball, faded_ball};
 use crate::scene::{
     GBuffer, SIZE, Shape, Surface, gbuffer, orthographic, perspective, reversed, surfaces,
     transforms,
 };
+use aogrid_gpu_support::{Gpu, attachment, gpu, gpu_with, read_only_depth};
 
 /// The error of one occluder with a float grid and a 32-bit float target: a few roundings in
 /// positions of a few units, which T_clip amplifies fourfold.
@@ -86,16 +86,16 @@ impl Scene {
         let floats = wgpu::TextureFormat::Rgba32Float;
         let positions = match descriptor.gbuffer.positions {
             Positions::World => {
-                gpu.texture(SIZE, floats, bytemuck::cast_slice(&self.buffer.positions))
+                gpu.upload(SIZE, floats, bytemuck::cast_slice(&self.buffer.positions))
             }
-            Positions::Depth => gpu.texture(
+            Positions::Depth => gpu.upload(
                 SIZE,
                 wgpu::TextureFormat::R32Float,
                 bytemuck::cast_slice(&self.buffer.depths),
             ),
         };
-        let normals = gpu.texture(SIZE, floats, bytemuck::cast_slice(&self.buffer.normals));
-        let receivers = gpu.texture(
+        let normals = gpu.upload(SIZE, floats, bytemuck::cast_slice(&self.buffer.normals));
+        let receivers = gpu.upload(
             SIZE,
             wgpu::TextureFormat::Rg32Uint,
             bytemuck::cast_slice(&self.buffer.receivers),
@@ -114,23 +114,8 @@ impl Scene {
         let mut encoder = device.create_command_encoder(&Default::default());
         let mut render_pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("test"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(pass.clear_color()),
-                    store: wgpu::StoreOp::Store,
-                },
-            })],
-            // Read only: no operations.
-            depth_stencil_attachment: depth.as_ref().map(|view| {
-                wgpu::RenderPassDepthStencilAttachment {
-                    view,
-                    depth_ops: None,
-                    stencil_ops: None,
-                }
-            }),
+            color_attachments: &[attachment(&view, wgpu::LoadOp::Clear(pass.clear_color()))],
+            depth_stencil_attachment: depth.as_ref().map(read_only_depth),
             ..Default::default()
         });
         pass.draw(&mut render_pass);
@@ -457,7 +442,7 @@ fn unsuitable_descriptors_and_frames_are_rejected() {
     let mut pass = OcclusionPass::new(device, queue, descriptor()).unwrap();
     let grid = ball(Encoding::Occlusion, TexelFormat::Unorm8);
     let grid = GridTexture::new(device, queue, &grid, "ball").unwrap();
-    let view = gpu.texture(SIZE, wgpu::TextureFormat::R32Float, &[0; 128 * 96 * 4]);
+    let view = gpu.upload(SIZE, wgpu::TextureFormat::R32Float, &[0; 128 * 96 * 4]);
     let occluders = [(&grid, Instance::at(Mat4::IDENTITY.to_cols_array_2d()))];
     let views = GBufferViews {
         clip_from_world: perspective().to_cols_array_2d(),

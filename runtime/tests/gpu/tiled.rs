@@ -6,12 +6,12 @@ use aogrid_runtime::{
 };
 use glam::{EulerRot, Mat4, Quat, Vec3};
 
-use crate::gpu::{Gpu, gpu};
 use crate::grids::{ball, ball_in, other_spec, spec};
 use crate::many::{ManyOccluders, halves, max_difference, tiled_descriptor, vectors};
 use crate::merge::ERROR_PER_MERGE;
 use crate::raster;
 use crate::scene::{SIZE, orthographic, perspective, reversed};
+use aogrid_gpu_support::{Gpu, gpu};
 
 /// An image size that is no multiple of the tile size.
 const UNALIGNED_SIZE: [u32; 2] = [117, 93];

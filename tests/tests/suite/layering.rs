@@ -5,7 +5,7 @@ use serde_json::Value;
 use crate::cargo::{self, text};
 
 /// The crates of ours that each may use; those not named may use all.
-const ALLOWED: [(&str, &[&str]); 6] = [
+const ALLOWED: [(&str, &[&str]); 7] = [
     ("aogrid-grid-format", &[]),
     ("aogrid-tables", &[]),
     ("aogrid-bake-core", &["aogrid-grid-format"]),
@@ -18,10 +18,11 @@ const ALLOWED: [(&str, &[&str]); 6] = [
         &["aogrid-bake-core", "aogrid-grid-format"],
     ),
     ("aogrid-runtime", &["aogrid-grid-format", "aogrid-tables"]),
+    ("aogrid-gpu-support", &[]),
 ];
 
 /// Crates above all others: no other may depend on them, not even for tests.
-const ON_TOP: [&str; 2] = ["xtask", "aogrid-tests"];
+const ON_TOP: [&str; 3] = ["xtask", "aogrid-tests", "aogrid-drag"];
 
 /// Our crates and which of ours each depends on, outside tests and in tests.
 fn arrows() -> BTreeMap<String, [BTreeSet<String>; 2]> {

@@ -2,14 +2,13 @@
 
 use std::error::Error;
 
+use aogrid_gpu_support::{attachment, read_only_depth};
 use aogrid_grid_format::Grid;
 use aogrid_runtime::{
     Combine, Frame, GBufferFormat, GBufferViews, GridAtlas, GridTexture, Instance, MergePass,
     MergePassDescriptor, Mode, OcclusionPass, OcclusionPassDescriptor, Output, Receivers,
     TiledFrame, TiledPass, TiledPassDescriptor,
 };
-
-use crate::targets::attachment;
 
 /// The method by which pixels are darkened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -223,12 +222,7 @@ fn multiply_by_raster(
     let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("occlusion"),
         color_attachments: &[attachment(target, wgpu::LoadOp::Clear(clear))],
-        // Read only: no operations.
-        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-            view: view.depth,
-            depth_ops: None,
-            stencil_ops: None,
-        }),
+        depth_stencil_attachment: Some(read_only_depth(view.depth)),
         ..Default::default()
     });
     if let Some(drawn) = drawn {
