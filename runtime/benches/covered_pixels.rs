@@ -10,23 +10,19 @@
 
 use std::time::Instant;
 
-use aogrid_grid_format::{Encoding, GridSpec, TexelFormat};
+use aogrid_gpu_support::{Gpu, attachment, gpu, read_only_depth};
+use aogrid_grid_format::{GridSpec, TexelFormat};
 use aogrid_runtime::shading::{aogrid_grid_position, aogrid_is_inside};
 use aogrid_runtime::{
-    AogridOccluder, DepthTest, Frame, GridTexture, Instance, Mode, Normals, OcclusionPass,
-    OcclusionPassDescriptor, Output, Positions, Receivers,
+    AogridOccluder, DepthTest, Frame, GBufferFormat, GBufferViews, GridTexture, Instance, Mode,
+    Normals, OcclusionPass, OcclusionPassDescriptor, Output, Positions, Receivers,
 };
 use glam::camera::rh::{proj::directx, view};
 use glam::{Mat4, Quat, Vec3, Vec4};
 
-#[path = "../tests/gpu/gpu.rs"]
-#[allow(dead_code, reason = "the tests need more of it")]
-mod gpu;
 #[path = "../tests/gpu/grids.rs"]
 #[allow(dead_code, reason = "the tests need more of it")]
 mod grids;
-
-use gpu::Gpu;
 
 const SIZE: [u32; 2] = [512, 384];
 
@@ -42,7 +38,7 @@ const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
 
 fn main() {
-    let Some(gpu) = gpu::gpu() else { return };
+    let Some(gpu) = gpu() else { return };
     let grid = grids::faded_ball(TexelFormat::Unorm8);
     let texture = GridTexture::new(&gpu.device, &gpu.queue, &grid, "ball").expect("it fits");
     let buffer = floor();
@@ -150,8 +146,8 @@ fn meets_box(occluder: &AogridOccluder, from: Vec3, direction: Vec3) -> bool {
 fn times(gpu: &Gpu, grid: &GridTexture, instances: &[Instance], buffer: &Buffer) -> [f64; 2] {
     let floats = wgpu::TextureFormat::Rgba32Float;
     let up = vec![[0.0_f32, 1.0, 0.0, 0.0]; buffer.positions.len()];
-    let positions = gpu.texture(SIZE, floats, bytemuck::cast_slice(&buffer.positions));
-    let normals = gpu.texture(SIZE, floats, bytemuck::cast_slice(&up));
+    let positions = gpu.upload(SIZE, floats, bytemuck::cast_slice(&buffer.positions));
+    let normals = gpu.upload(SIZE, floats, bytemuck::cast_slice(&up));
     let depth = gpu.target_depth(SIZE, DEPTH);
     gpu.fill_depth(&depth, &buffer.depths, SIZE);
     let depth = depth.create_view(&Default::default());
@@ -159,10 +155,12 @@ fn times(gpu: &Gpu, grid: &GridTexture, instances: &[Instance], buffer: &Buffer)
     let target = target.create_view(&Default::default());
     let occluders: Vec<_> = instances.iter().map(|instance| (grid, *instance)).collect();
     let frame = Frame {
-        clip_from_world: clip_from_world().to_cols_array_2d(),
-        positions: &positions,
-        normals: Some(&normals),
-        receivers: None,
+        gbuffer: GBufferViews {
+            clip_from_world: clip_from_world().to_cols_array_2d(),
+            positions: &positions,
+            normals: Some(&normals),
+            receivers: None,
+        },
         occluders: &occluders,
     };
     let passes = [None, Some(DEPTH)].map(|format| {
@@ -192,15 +190,16 @@ fn pass(gpu: &Gpu, depth: Option<wgpu::TextureFormat>) -> OcclusionPass {
         mode: Mode::Cone,
         output: Output::Transmittance,
         target: TARGET,
-        positions: Positions::World,
-        normals: Normals::Signed,
-        receivers: Receivers::None,
-        depth: depth.map(|format| DepthTest {
-            format,
-            compare: wgpu::CompareFunction::GreaterEqual,
-        }),
+        gbuffer: GBufferFormat {
+            positions: Positions::World,
+            normals: Normals::Signed,
+            receivers: Receivers::None,
+            depth: depth.map(|format| DepthTest {
+                format,
+                compare: wgpu::CompareFunction::GreaterEqual,
+            }),
+        },
         front_face: wgpu::FrontFace::Ccw,
-        encoding: Encoding::Cone,
     };
     OcclusionPass::new(&gpu.device, &gpu.queue, descriptor).expect("its parts fit")
 }
@@ -215,20 +214,8 @@ fn time(
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut render_pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("bench"),
-        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-            view: target,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations {
-                load: wgpu::LoadOp::Clear(pass.clear_color()),
-                store: wgpu::StoreOp::Store,
-            },
-        })],
-        depth_stencil_attachment: depth.map(|view| wgpu::RenderPassDepthStencilAttachment {
-            view,
-            depth_ops: None,
-            stencil_ops: None,
-        }),
+        color_attachments: &[attachment(target, wgpu::LoadOp::Clear(pass.clear_color()))],
+        depth_stencil_attachment: depth.map(read_only_depth),
         ..Default::default()
     });
     pass.draw(&mut render_pass);

@@ -15,15 +15,15 @@ use aogrid_bake_core::mesh::Part;
 use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, UNOBSERVED, post};
 use aogrid_baker_cpu::RayScene;
-use aogrid_grid_format::{Encoding, Grid, Source};
+use aogrid_gpu_support::{Gpu, attachment};
+use aogrid_grid_format::{Grid, Source};
 use aogrid_runtime::{
-    Combine, Frame, GridAtlas, GridTexture, Instance, MergePass, MergePassDescriptor, Mode,
-    Normals, OcclusionPass, OcclusionPassDescriptor, Output, Positions, Receivers, TiledFrame,
-    TiledPass, TiledPassDescriptor,
+    Combine, Frame, GBufferFormat, GBufferViews, GridAtlas, GridTexture, Instance, MergePass,
+    MergePassDescriptor, Mode, Normals, OcclusionPass, OcclusionPassDescriptor, Output, Positions,
+    Receivers, TiledFrame, TiledPass, TiledPassDescriptor,
 };
 use glam::camera::rh::{proj::directx, view};
 use glam::{Mat4, Vec3, Vec4};
-use wgpu::util::DeviceExt;
 
 const SIZE: [u32; 2] = [512, 384];
 
@@ -37,9 +37,17 @@ const OCCLUDER_COUNTS: [usize; 5] = [1, 10, 40, 200, 1000];
 
 const FLOATS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 
+/// The format of [`Views`].
+const FORMAT: GBufferFormat = GBufferFormat {
+    positions: Positions::World,
+    normals: Normals::Signed,
+    receivers: Receivers::None,
+    depth: None,
+};
+
 fn main() -> Result<(), Box<dyn Error>> {
-    let gpu = Gpu::new()?;
-    println!("{}, {} x {} pixels", gpu.name, SIZE[0], SIZE[1]);
+    let gpu = Gpu::new(wgpu::Features::FLOAT32_BLENDABLE)?;
+    println!("{}, {} x {} pixels", gpu.adapter.name, SIZE[0], SIZE[1]);
     let grids = [
         grid(&Model::Table.mesh(None)?)?,
         grid(&Model::Torus.mesh(None)?)?,
@@ -95,83 +103,31 @@ fn compare(gpu: &Gpu, name: &str, views: &Views, grids: &[Grid]) -> Result<(), B
     Ok(())
 }
 
-struct Gpu {
-    name: String,
-    device: wgpu::Device,
-    queue: wgpu::Queue,
-}
-
-impl Gpu {
-    fn new() -> Result<Self, Box<dyn Error>> {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-        let adapter = pollster::block_on(instance.request_adapter(&Default::default()))?;
-        let wanted = wgpu::DeviceDescriptor {
-            required_features: wgpu::Features::FLOAT32_BLENDABLE & adapter.features(),
-            ..Default::default()
-        };
-        let (device, queue) = pollster::block_on(adapter.request_device(&wanted))?;
-        let name = adapter.get_info().name;
-        Ok(Self {
-            name,
-            device,
-            queue,
-        })
-    }
-
-    /// Returns the milliseconds that recording, submitting and waiting take.
-    fn time(&self, record: impl FnOnce(&mut wgpu::CommandEncoder)) -> f64 {
-        let start = Instant::now();
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        record(&mut encoder);
-        self.queue.submit([encoder.finish()]);
-        let _ = self.device.poll(wgpu::PollType::wait_indefinitely());
-        start.elapsed().as_secs_f64() * 1e3
-    }
-
-    fn texture(
-        &self,
-        format: wgpu::TextureFormat,
-        usage: wgpu::TextureUsages,
-    ) -> wgpu::TextureView {
-        let texture = self.device.create_texture(&descriptor(format, usage));
-        texture.create_view(&Default::default())
-    }
-
-    fn upload(&self, texels: &[[f32; 4]]) -> wgpu::TextureView {
-        let descriptor = descriptor(FLOATS, wgpu::TextureUsages::TEXTURE_BINDING);
-        let order = wgpu::util::TextureDataOrder::LayerMajor;
-        let bytes = bytemuck::cast_slice(texels);
-        let texture = self
-            .device
-            .create_texture_with_data(&self.queue, &descriptor, order, bytes);
-        texture.create_view(&Default::default())
-    }
-}
-
-fn descriptor(
-    format: wgpu::TextureFormat,
-    usage: wgpu::TextureUsages,
-) -> wgpu::TextureDescriptor<'static> {
-    wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d {
-            width: SIZE[0],
-            height: SIZE[1],
-            depth_or_array_layers: 1,
-        },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage,
-        view_formats: &[],
-    }
+/// Returns the milliseconds that recording, submitting and waiting take.
+fn time(gpu: &Gpu, record: impl FnOnce(&mut wgpu::CommandEncoder)) -> f64 {
+    let start = Instant::now();
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    record(&mut encoder);
+    gpu.queue.submit([encoder.finish()]);
+    let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
+    start.elapsed().as_secs_f64() * 1e3
 }
 
 /// The positions and normals of the visible surfaces.
 struct Views {
     positions: wgpu::TextureView,
     normals: wgpu::TextureView,
+}
+
+impl Views {
+    fn gbuffer(&self) -> GBufferViews<'_> {
+        GBufferViews {
+            clip_from_world: clip_from_world().to_cols_array_2d(),
+            positions: &self.positions,
+            normals: Some(&self.normals),
+            receivers: None,
+        }
+    }
 }
 
 struct Workload<'a> {
@@ -191,15 +147,14 @@ impl Workload<'_> {
             self.tiled_pass(Combine::Multiply)?,
             self.tiled_pass(Combine::Merge)?,
         ];
-        let target = self
-            .gpu
-            .texture(blended(self.gpu), wgpu::TextureUsages::RENDER_ATTACHMENT);
+        let target = self.gpu.target(SIZE, blended(self.gpu));
+        let target = target.create_view(&Default::default());
         let mut times = [const { vec![] }; 4];
         for _ in 0..=ROUNDS {
-            times[0].push(self.gpu.time(|encoder| draw(encoder, &multiply, &target)));
-            times[1].push(self.gpu.time(|encoder| dispatch(encoder, &tiled[0])));
-            times[2].push(self.gpu.time(|encoder| merge.record(encoder, None)));
-            times[3].push(self.gpu.time(|encoder| dispatch(encoder, &tiled[1])));
+            times[0].push(time(self.gpu, |encoder| draw(encoder, &multiply, &target)));
+            times[1].push(time(self.gpu, |encoder| dispatch(encoder, &tiled[0])));
+            times[2].push(time(self.gpu, |encoder| merge.record(encoder, None)));
+            times[3].push(time(self.gpu, |encoder| dispatch(encoder, &tiled[1])));
         }
         Ok(times.map(|mut times| {
             let after_warm_up = &mut times[1..];
@@ -215,12 +170,8 @@ impl Workload<'_> {
             mode: Mode::Cone,
             output: Output::Transmittance,
             target: blended(self.gpu),
-            positions: Positions::World,
-            normals: Normals::Signed,
-            receivers: Receivers::None,
-            depth: None,
+            gbuffer: FORMAT,
             front_face: wgpu::FrontFace::Ccw,
-            encoding: Encoding::Cone,
         };
         let mut pass = OcclusionPass::new(device, queue, descriptor)?;
         self.with_frame(|frame| Ok(pass.prepare(device, queue, frame)?))?;
@@ -232,10 +183,7 @@ impl Workload<'_> {
         let descriptor = MergePassDescriptor {
             label: "merge".into(),
             format: FLOATS,
-            positions: Positions::World,
-            normals: Normals::Signed,
-            receivers: Receivers::None,
-            depth: None,
+            gbuffer: FORMAT,
             front_face: wgpu::FrontFace::Ccw,
         };
         let mut pass = MergePass::new(device, queue, descriptor)?;
@@ -258,10 +206,7 @@ impl Workload<'_> {
             .iter()
             .map(|(grid, i)| (&textures[*grid], *i));
         prepare(&Frame {
-            clip_from_world: clip_from_world().to_cols_array_2d(),
-            positions: &self.views.positions,
-            normals: Some(&self.views.normals),
-            receivers: None,
+            gbuffer: self.views.gbuffer(),
             occluders: &occluders.collect::<Vec<_>>(),
         })
     }
@@ -279,23 +224,18 @@ impl Workload<'_> {
             combine,
             output,
             target,
-            positions: Positions::World,
-            normals: Normals::Signed,
-            receivers: Receivers::None,
-            encoding: Encoding::Cone,
+            gbuffer: FORMAT,
         };
         let mut pass = TiledPass::new(device, queue, descriptor)?;
         let grids: Vec<_> = self.grids.iter().collect();
         let frame = TiledFrame {
-            clip_from_world: clip_from_world().to_cols_array_2d(),
-            positions: &self.views.positions,
-            normals: Some(&self.views.normals),
-            receivers: None,
+            gbuffer: self.views.gbuffer(),
             atlas: &GridAtlas::new(device, queue, &grids, "grids")?,
             occluders: self.occluders,
             target: &self
                 .gpu
-                .texture(target, wgpu::TextureUsages::STORAGE_BINDING),
+                .storage_target(SIZE, target)
+                .create_view(&Default::default()),
         };
         pass.prepare(device, queue, &frame)?;
         Ok(pass)
@@ -316,15 +256,7 @@ fn blended(gpu: &Gpu) -> wgpu::TextureFormat {
 
 fn draw(encoder: &mut wgpu::CommandEncoder, pass: &OcclusionPass, view: &wgpu::TextureView) {
     let mut render_pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-            view,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations {
-                load: wgpu::LoadOp::Clear(pass.clear_color()),
-                store: wgpu::StoreOp::Store,
-            },
-        })],
+        color_attachments: &[attachment(view, wgpu::LoadOp::Clear(pass.clear_color()))],
         ..Default::default()
     });
     pass.draw(&mut render_pass);
@@ -364,8 +296,8 @@ fn gbuffer(gpu: &Gpu, mesh: &TriangleMesh) -> Views {
         normals.push(normal.extend(0.0).to_array());
     }
     Views {
-        positions: gpu.upload(&positions),
-        normals: gpu.upload(&normals),
+        positions: gpu.upload(SIZE, FLOATS, bytemuck::cast_slice(&positions)),
+        normals: gpu.upload(SIZE, FLOATS, bytemuck::cast_slice(&normals)),
     }
 }
 

@@ -12,11 +12,11 @@ const AOGRID_MERGE_FRACTION_OFFSET = 0.5;
 const AOGRID_MERGE_ANGLE_SCALE = 0.3083627;
 const AOGRID_MERGE_ANGLE_OFFSET = 0.015625;
 // The squared length below which an axis is rounding noise and counts as no axis.
-const AOGRID_AXIS_GUARD = 1e-8;
+const AOGRID_AXIS_EPSILON = 1e-8;
 // Keeps the closed form of T_clip finite where the tangent plane touches the cone's rim.
 const AOGRID_RIM_EPSILON = 1e-12;
 // The lower bound for fractions and cosines used as divisors; smaller values count as zero.
-const AOGRID_FRACTION_GUARD = 1e-6;
+const AOGRID_FRACTION_EPSILON = 1e-6;
 // The environment map: its last level, whose cones are hemispheres, and the rows of level 0.
 const AOGRID_ENVIRONMENT_LAST_LEVEL = 4.0;
 const AOGRID_ENVIRONMENT_HEIGHT = 256.0;

@@ -33,8 +33,8 @@ use glam::{Mat3, Vec3};
 use crate::EnvironmentMap;
 use crate::shading::aogrid_inverse_length;
 use crate::wgsl::{
-    AOGRID_AXIS_GUARD, AOGRID_ENVIRONMENT_HEIGHT, AOGRID_ENVIRONMENT_LAST_LEVEL,
-    AOGRID_FRACTION_GUARD, AOGRID_PI,
+    AOGRID_AXIS_EPSILON, AOGRID_ENVIRONMENT_HEIGHT, AOGRID_ENVIRONMENT_LAST_LEVEL,
+    AOGRID_FRACTION_EPSILON, AOGRID_PI,
 };
 
 /// The orientation and scale of an environment map: the struct of the same name in the WGSL
@@ -147,7 +147,7 @@ pub fn aogrid_glossy(
     let full_lobe = AogridCone::new(mirrored, lobe_fraction);
     let lobe = aogrid_shared_cone(&full_lobe, &AogridCone::new(normal, 0.5));
     let blocked_cone = aogrid_shared_cone(&full_lobe, &aogrid_occluded_cone(accumulated, normal));
-    let covered = blocked_cone.fraction / lobe.fraction.max(AOGRID_FRACTION_GUARD);
+    let covered = blocked_cone.fraction / lobe.fraction.max(AOGRID_FRACTION_EPSILON);
     let share = blocked_cone.density * covered.clamp(0.0, 1.0);
     let unoccluded = aogrid_cone_radiance(environment, map, &lobe);
     let blocked = aogrid_cone_radiance(environment, map, &blocked_cone);
@@ -173,25 +173,25 @@ pub fn aogrid_mirrored(eye: [f32; 4], position: [f32; 3], normal: [f32; 3]) -> [
 pub fn aogrid_occluded_cone(accumulated: [f32; 4], normal: [f32; 3]) -> AogridCone {
     let [x, y, z, transmittance] = accumulated;
     let sum = Vec3::new(x, y, z);
-    let axis = match sum.length_squared() > AOGRID_AXIS_GUARD {
+    let axis = match sum.length_squared() > AOGRID_AXIS_EPSILON {
         true => sum * aogrid_inverse_length(sum.to_array()),
         false => normal.into(),
     };
     let occlusion = 1.0 - transmittance;
-    let alignment = 2.0 * sum.length() / occlusion.max(AOGRID_FRACTION_GUARD);
+    let alignment = 2.0 * sum.length() / occlusion.max(AOGRID_FRACTION_EPSILON);
     let fraction = aogrid_occluded_fraction(occlusion, axis.dot(normal.into()));
     let widened = (1.0 - alignment.clamp(0.0, 1.0) * (1.0 - fraction)).min(0.5);
     AogridCone {
         axis: axis.to_array(),
         fraction: widened,
-        density: fraction / widened.max(AOGRID_FRACTION_GUARD),
+        density: fraction / widened.max(AOGRID_FRACTION_EPSILON),
     }
 }
 
 /// The fraction a of a cone with this AO and its axis at `cos_beta` to the normal: AO = 4a(1 − a)
 /// cos β, exact for a cone above the horizon.
 pub fn aogrid_occluded_fraction(occlusion: f32, cos_beta: f32) -> f32 {
-    let sin_alpha_squared = (occlusion / cos_beta.max(AOGRID_FRACTION_GUARD)).clamp(0.0, 1.0);
+    let sin_alpha_squared = (occlusion / cos_beta.max(AOGRID_FRACTION_EPSILON)).clamp(0.0, 1.0);
     0.5 - 0.5 * (1.0 - sin_alpha_squared).sqrt()
 }
 
@@ -201,7 +201,7 @@ pub fn aogrid_occluded_fraction(occlusion: f32, cos_beta: f32) -> f32 {
 pub fn aogrid_cosine_weighted_cone(cone: &AogridCone, normal: [f32; 3]) -> AogridCone {
     let (axis, normal) = (Vec3::from(cone.axis), Vec3::from(normal));
     let c = 1.0 - 2.0 * cone.fraction * cone.density;
-    let along = 3.0 * c * (1.0 + c) * axis.dot(normal).max(AOGRID_FRACTION_GUARD);
+    let along = 3.0 * c * (1.0 + c) * axis.dot(normal).max(AOGRID_FRACTION_EPSILON);
     let sum = along * axis + (1.0 - c) * (2.0 + c) * normal;
     AogridCone {
         axis: (sum * aogrid_inverse_length(sum.to_array())).to_array(),
@@ -226,7 +226,7 @@ pub fn aogrid_shared_cone(first: &AogridCone, second: &AogridCone) -> AogridCone
     let halfway = 0.5 * ((-alpha[0]).max(gamma - alpha[1]) + alpha[0].min(gamma + alpha[1]));
     let smaller_center = if a[0] <= a[1] { 0.0 } else { gamma };
     let fraction_cut_off =
-        (1.0 - fraction / a[0].min(a[1]).max(AOGRID_FRACTION_GUARD)).clamp(0.0, 1.0);
+        (1.0 - fraction / a[0].min(a[1]).max(AOGRID_FRACTION_EPSILON)).clamp(0.0, 1.0);
     let middle: f32 = smaller_center + (halfway - smaller_center) * fraction_cut_off.sqrt().sqrt();
     let towards = across * aogrid_inverse_length(across.to_array());
     AogridCone {
@@ -292,7 +292,7 @@ pub fn aogrid_environment_coordinate([x, y, z]: [f32; 3]) -> [f32; 2] {
 
 /// The level of the map whose cones cover this fraction, interpolated by its logarithm.
 pub fn aogrid_environment_level(fraction: f32) -> f32 {
-    let doubled = (2.0 * fraction).max(AOGRID_FRACTION_GUARD);
+    let doubled = (2.0 * fraction).max(AOGRID_FRACTION_EPSILON);
     let level = AOGRID_ENVIRONMENT_LAST_LEVEL + 0.5 * doubled.log2();
     level.clamp(0.0, AOGRID_ENVIRONMENT_LAST_LEVEL)
 }

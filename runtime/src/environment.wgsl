@@ -47,7 +47,7 @@ fn aogrid_glossy(environment: AogridEnvironment, map: texture_2d<f32>, map_sampl
     let full_lobe = AogridCone(mirrored, lobe_fraction, 1.0);
     let lobe = aogrid_shared_cone(full_lobe, AogridCone(normal, 0.5, 1.0));
     let blocked_cone = aogrid_shared_cone(full_lobe, aogrid_occluded_cone(accumulated, normal));
-    let covered = blocked_cone.fraction / max(lobe.fraction, AOGRID_FRACTION_GUARD);
+    let covered = blocked_cone.fraction / max(lobe.fraction, AOGRID_FRACTION_EPSILON);
     let share = blocked_cone.density * saturate(covered);
     let unoccluded = aogrid_cone_radiance(environment, map, map_sampler, lobe);
     let blocked = aogrid_cone_radiance(environment, map, map_sampler, blocked_cone);
@@ -71,18 +71,18 @@ fn aogrid_mirrored(eye: vec4f, position: vec3f, normal: vec3f) -> vec3f {
 fn aogrid_occluded_cone(accumulated: vec4f, normal: vec3f) -> AogridCone {
     let occlusion = 1.0 - accumulated.w;
     let axis_length = length(accumulated.xyz);
-    let has_axis = axis_length * axis_length > AOGRID_AXIS_GUARD;
+    let has_axis = axis_length * axis_length > AOGRID_AXIS_EPSILON;
     let axis = select(normal, accumulated.xyz * aogrid_inverse_length(accumulated.xyz), has_axis);
-    let alignment = saturate(2.0 * axis_length / max(occlusion, AOGRID_FRACTION_GUARD));
+    let alignment = saturate(2.0 * axis_length / max(occlusion, AOGRID_FRACTION_EPSILON));
     let fraction = aogrid_occluded_fraction(occlusion, dot(axis, normal));
     let widened = min(1.0 - alignment * (1.0 - fraction), 0.5);
-    return AogridCone(axis, widened, fraction / max(widened, AOGRID_FRACTION_GUARD));
+    return AogridCone(axis, widened, fraction / max(widened, AOGRID_FRACTION_EPSILON));
 }
 
 /// The fraction a of a cone with this AO and its axis at `cos_beta` to the normal: AO = 4a(1 - a)
 /// cos beta, exact for a cone above the horizon.
 fn aogrid_occluded_fraction(occlusion: f32, cos_beta: f32) -> f32 {
-    let sin_alpha_squared = saturate(occlusion / max(cos_beta, AOGRID_FRACTION_GUARD));
+    let sin_alpha_squared = saturate(occlusion / max(cos_beta, AOGRID_FRACTION_EPSILON));
     return 0.5 - 0.5 * sqrt(1.0 - sin_alpha_squared);
 }
 
@@ -92,7 +92,7 @@ fn aogrid_occluded_fraction(occlusion: f32, cos_beta: f32) -> f32 {
 /// several occluders' sum of (AO/2) d' already contains the cosine of each.
 fn aogrid_cosine_weighted_cone(cone: AogridCone, normal: vec3f) -> AogridCone {
     let c = fma(-2.0 * cone.fraction, cone.density, 1.0);
-    let along = 3.0 * c * (1.0 + c) * max(dot(cone.axis, normal), AOGRID_FRACTION_GUARD);
+    let along = 3.0 * c * (1.0 + c) * max(dot(cone.axis, normal), AOGRID_FRACTION_EPSILON);
     let sum = along * cone.axis + (1.0 - c) * (2.0 + c) * normal;
     return AogridCone(sum * aogrid_inverse_length(sum), cone.fraction, cone.density);
 }
@@ -112,7 +112,7 @@ fn aogrid_shared_cone(first: AogridCone, second: AogridCone) -> AogridCone {
     // Positions on the arc, as angles from the first axis.
     let halfway = 0.5 * (max(-alpha.x, gamma - alpha.y) + min(alpha.x, gamma + alpha.y));
     let smaller_center = select(gamma, 0.0, a.x <= a.y);
-    let fraction_cut_off = saturate(1.0 - fraction / max(min(a.x, a.y), AOGRID_FRACTION_GUARD));
+    let fraction_cut_off = saturate(1.0 - fraction / max(min(a.x, a.y), AOGRID_FRACTION_EPSILON));
     let middle = mix(smaller_center, halfway, sqrt(sqrt(fraction_cut_off)));
     let towards = across * aogrid_inverse_length(across);
     let axis = cos(middle) * first.axis + sin(middle) * towards;
@@ -195,7 +195,7 @@ fn aogrid_environment_coordinate(direction: vec3f) -> vec2f {
 
 /// The level of the map whose cones cover this fraction, interpolated by its logarithm.
 fn aogrid_environment_level(fraction: f32) -> f32 {
-    let doubled = max(2.0 * fraction, AOGRID_FRACTION_GUARD);
+    let doubled = max(2.0 * fraction, AOGRID_FRACTION_EPSILON);
     let level = AOGRID_ENVIRONMENT_LAST_LEVEL + 0.5 * log2(doubled);
     return clamp(level, 0.0, AOGRID_ENVIRONMENT_LAST_LEVEL);
 }

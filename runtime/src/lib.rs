@@ -43,6 +43,7 @@
 //!   twin: the same names, in Rust.
 //! * [`Instance`] and a grid make an [`AogridOccluder`], the uniform that both read.
 //! * [`GridTexture`], [`tables`]: the GPU resources, uploaded once and shared by all instances.
+//! * [`GBufferFormat`], [`GBufferViews`]: the description of your G-buffer, the same for all passes.
 //! * [`OcclusionPass`]: new, prepare, draw. Draws the back faces of the boxes over a G-buffer with
 //!   multiplicative blending.
 //! * [`MergePass`]: the same with merged cones, alternating between two buffers.
@@ -67,14 +68,15 @@ mod environment_map;
 mod environment_pass;
 mod environment_texture;
 mod frame;
+mod gbuffer;
 mod grid_atlas;
 mod grid_texture;
 mod merge_pass;
 mod occluder;
 mod occlusion_pass;
+mod pipelines;
 mod tiled_pass;
 
-pub use boxes::DepthTest;
 pub use cpu_texture::CpuTexture;
 pub use environment::{AogridCone, AogridEnvironment, Up};
 pub use environment_map::{EnvironmentMap, EnvironmentMapError};
@@ -83,7 +85,10 @@ pub use environment_pass::{
     EnvironmentPassError, Reflection,
 };
 pub use environment_texture::EnvironmentTexture;
-pub use frame::{Frame, Normals, Positions, PrepareError, Receivers};
+pub use frame::{Frame, PrepareError};
+pub use gbuffer::{
+    DepthTest, GBufferError, GBufferFormat, GBufferViews, Normals, Positions, Receivers,
+};
 pub use grid_atlas::{GridAtlas, GridAtlasError};
 pub use grid_texture::{GridTexture, GridTextureError};
 pub use merge_pass::{MergePass, MergePassDescriptor};

@@ -5,10 +5,10 @@
 //! the difference is one rounding, far below the error of a texture filter.
 
 use crate::wgsl::{
-    AOGRID_AXIS_GUARD, AOGRID_CLIP_COS_OFFSET, AOGRID_CLIP_COS_SCALE, AOGRID_CLIP_FRACTION_OFFSET,
-    AOGRID_CLIP_FRACTION_SCALE, AOGRID_MERGE_ANGLE_OFFSET, AOGRID_MERGE_ANGLE_SCALE,
-    AOGRID_MERGE_FRACTION_OFFSET, AOGRID_MERGE_FRACTION_SCALE, AOGRID_PI, AOGRID_RIM_EPSILON,
-    AOGRID_TILE,
+    AOGRID_AXIS_EPSILON, AOGRID_CLIP_COS_OFFSET, AOGRID_CLIP_COS_SCALE,
+    AOGRID_CLIP_FRACTION_OFFSET, AOGRID_CLIP_FRACTION_SCALE, AOGRID_MERGE_ANGLE_OFFSET,
+    AOGRID_MERGE_ANGLE_SCALE, AOGRID_MERGE_FRACTION_OFFSET, AOGRID_MERGE_FRACTION_SCALE, AOGRID_PI,
+    AOGRID_RIM_EPSILON, AOGRID_TILE,
 };
 use crate::{AogridAtlasOccluder, AogridOccluder, AogridTiles, CpuTexture};
 
@@ -150,7 +150,7 @@ pub fn aogrid_cos_beta(axis: [f32; 3], normal: [f32; 3]) -> f32 {
 
 /// 1 / |axis|, bounded for axes below the length that counts as no axis.
 pub fn aogrid_inverse_length(axis: [f32; 3]) -> f32 {
-    1.0 / dot(axis, axis).max(AOGRID_AXIS_GUARD).sqrt()
+    1.0 / dot(axis, axis).max(AOGRID_AXIS_EPSILON).sqrt()
 }
 
 /// 1 − AO from the occlusion fraction alone: AO = 2a on other surfaces, and 2a − 1 on the

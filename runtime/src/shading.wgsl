@@ -163,7 +163,7 @@ fn aogrid_cos_beta(axis: vec3f, normal: vec3f) -> f32 {
 /// 1 / |axis|, bounded for axes below the length that counts as no axis.
 fn aogrid_inverse_length(axis: vec3f) -> f32 {
     let square = fma(axis.x, axis.x, fma(axis.y, axis.y, axis.z * axis.z));
-    return inverseSqrt(max(square, AOGRID_AXIS_GUARD));
+    return inverseSqrt(max(square, AOGRID_AXIS_EPSILON));
 }
 
 /// 1 - AO from the occlusion fraction alone: AO = 2a on other surfaces, and 2a - 1 on the

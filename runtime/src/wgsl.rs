@@ -20,7 +20,7 @@ pub const ENVIRONMENT: &str = include_str!("environment.wgsl");
 pub const OCCLUSION_PASS: &str = concat!(
     include_str!("constants.wgsl"),
     include_str!("shading.wgsl"),
-    include_str!("frame/frame.wgsl"),
+    include_str!("gbuffer/gbuffer.wgsl"),
     include_str!("boxes/boxes.wgsl"),
     include_str!("occlusion_pass/occlusion_pass.wgsl")
 );
@@ -29,7 +29,7 @@ pub const OCCLUSION_PASS: &str = concat!(
 pub const MERGE_PASS: &str = concat!(
     include_str!("constants.wgsl"),
     include_str!("shading.wgsl"),
-    include_str!("frame/frame.wgsl"),
+    include_str!("gbuffer/gbuffer.wgsl"),
     include_str!("boxes/boxes.wgsl"),
     include_str!("merge_pass/merge_pass.wgsl")
 );
@@ -43,7 +43,7 @@ pub fn tiled_pass(format: &str) -> String {
     );
     let parts = [
         SHADING,
-        include_str!("frame/frame.wgsl"),
+        include_str!("gbuffer/gbuffer.wgsl"),
         include_str!("tiled_pass/tiled_pass.wgsl"),
         &target,
     ];
@@ -86,7 +86,7 @@ pub const AOGRID_LIST_ALL_DEPTHS: u32 = 1;
 /// The squared length below which an axis is rounding noise and counts as no axis. A stored axis
 /// shorter than an 8-bit step, 1/127, carries no direction; decoding rounds by 1e-7; the threshold
 /// length is 1e-4.
-pub(crate) const AOGRID_AXIS_GUARD: f32 = 1e-8;
+pub(crate) const AOGRID_AXIS_EPSILON: f32 = 1e-8;
 
 /// The lower bound of the radicand in the closed form of T_clip, which keeps it finite. Its root,
 /// 1e-6, is below the single-precision rounding of the angles that it enters.
@@ -94,7 +94,7 @@ pub(crate) const AOGRID_RIM_EPSILON: f32 = 1e-12;
 
 /// The lower bound for fractions and cosines used as divisors; smaller values count as zero. A cone
 /// of this fraction has a half-angle of 0.1 degrees.
-pub(crate) const AOGRID_FRACTION_GUARD: f32 = 1e-6;
+pub(crate) const AOGRID_FRACTION_EPSILON: f32 = 1e-6;
 
 pub(crate) const AOGRID_ENVIRONMENT_LAST_LEVEL: f32 = (EnvironmentMap::LEVELS - 1) as f32;
 pub(crate) const AOGRID_ENVIRONMENT_HEIGHT: f32 = EnvironmentMap::SIZE[1] as f32;
@@ -173,7 +173,7 @@ pub fn constants() -> String {
     );
     group(
         "The squared length below which an axis is rounding noise and counts as no axis.",
-        &[("AOGRID_AXIS_GUARD", float(AOGRID_AXIS_GUARD))],
+        &[("AOGRID_AXIS_EPSILON", float(AOGRID_AXIS_EPSILON))],
     );
     group(
         "Keeps the closed form of T_clip finite where the tangent plane touches the cone's rim.",
@@ -181,7 +181,7 @@ pub fn constants() -> String {
     );
     group(
         "The lower bound for fractions and cosines used as divisors; smaller values count as zero.",
-        &[("AOGRID_FRACTION_GUARD", float(AOGRID_FRACTION_GUARD))],
+        &[("AOGRID_FRACTION_EPSILON", float(AOGRID_FRACTION_EPSILON))],
     );
     group(
         "The environment map: its last level, whose cones are hemispheres, and the rows of level 0.",

@@ -4,11 +4,7 @@
 use std::sync::OnceLock;
 
 use aogrid_baker_gpu::{AdapterSelector, Context, adapters};
-
-use crate::skip;
-
-/// The environment variable that makes a missing adapter a failure.
-const VARIABLE: &str = "AOGRID_GPU";
+use aogrid_gpu_support::skip;
 
 /// Returns a device on the best adapter of this machine, including software rasterizers. Returns
 /// `None` and notes the skip if there is none.
@@ -24,9 +20,8 @@ pub fn gpu() -> Option<&'static Context> {
     });
     match found {
         Ok(context) => Some(context),
-        Err(why) if std::env::var(VARIABLE).as_deref() == Ok("require") => panic!("{why}"),
         Err(why) => {
-            skip(&format!("{why} ({VARIABLE})"));
+            skip(why);
             None
         }
     }

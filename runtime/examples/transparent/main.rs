@@ -8,23 +8,24 @@ use std::error::Error;
 
 use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, post};
-use aogrid_grid_format::{Encoding, Grid, Source};
+use aogrid_gpu_support::{Gpu, attachment};
+use aogrid_grid_format::{Grid, Source};
 use aogrid_runtime::{
-    Combine, GridAtlas, Instance, Mode, Normals, Output, Positions, Receivers, TiledFrame,
-    TiledPass, TiledPassDescriptor, wgsl,
+    Combine, GBufferFormat, GBufferViews, GridAtlas, Instance, Mode, Normals, Output, Positions,
+    Receivers, TiledFrame, TiledPass, TiledPassDescriptor, wgsl,
 };
 use glam::camera::rh::{proj::directx, view};
 use glam::{Mat4, Vec3};
-use wgpu::util::DeviceExt;
 
-/// The image's width and height. Texture-to-buffer copies need rows of a multiple of 256 bytes, 64
-/// pixels.
+/// The image's width and height.
 const SIZE: [u32; 2] = [640, 400];
 
 const FLOATS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 const HALVES: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+const CLEAR: wgpu::LoadOp<wgpu::Color> = wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT);
 
 /// Position and normal.
 type Vertex = [[f32; 3]; 2];
@@ -33,102 +34,104 @@ fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args()
         .nth(1)
         .ok_or("usage: transparent OUT.png")?;
-    let pixels = pollster::block_on(draw())?;
+    let pixels = draw()?;
     image::save_buffer(path, &pixels, SIZE[0], SIZE[1], image::ColorType::Rgba8)?;
     Ok(())
 }
 
-async fn draw() -> Result<Vec<u8>, Box<dyn Error>> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-    let adapter = instance.request_adapter(&Default::default()).await?;
-    let (device, queue) = &adapter.request_device(&Default::default()).await?;
+fn draw() -> Result<Vec<u8>, Box<dyn Error>> {
+    let gpu = Gpu::new(wgpu::Features::empty())?;
     let aspect = SIZE[0] as f32 / SIZE[1] as f32;
     let clip_from_world = directx::perspective(0.46, aspect, 0.1, 30.0)
         * view::look_at_mat4(Vec3::new(1.6, 2.3, 5.2), Vec3::new(0.0, 0.35, 0.2), Vec3::Y);
+    let (grids, occluders, vertices) = models()?;
 
     // Present in any renderer: a G-buffer of the opaque surfaces.
-    let (grids, occluders, vertices) = models()?;
-    let target = |format, usage| texture(device, format, usage).create_view(&Default::default());
-    let read = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
-    let (positions, normals) = (target(FLOATS, read), target(HALVES, read));
-    let depth = target(DEPTH, wgpu::TextureUsages::RENDER_ATTACHMENT);
-    let storage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
-    let occlusion = target(HALVES, storage);
+    let view = |texture: wgpu::Texture| texture.create_view(&Default::default());
+    let targets = Targets {
+        positions: view(gpu.target(SIZE, FLOATS)),
+        normals: view(gpu.target(SIZE, HALVES)),
+        depth: view(gpu.target_depth(SIZE, DEPTH)),
+        occlusion: view(gpu.storage_target(SIZE, HALVES)),
+    };
+    let tiled = prepare(&gpu, &targets, clip_from_world, &grids, &occluders)?;
+    let lists = tiled.lists().ok_or("nothing was prepared")?;
 
-    // The tiled pass shades it, and keeps its lists.
+    let pipelines = Pipelines::new(&gpu.device, tiled.lists_layout());
+    let camera = bytemuck::bytes_of(&clip_from_world);
+    let camera = gpu.buffer(wgpu::BufferUsages::UNIFORM, camera);
+    let vertex_buffer = |vertices: &[Vertex]| {
+        gpu.buffer(wgpu::BufferUsages::VERTEX, bytemuck::cast_slice(vertices))
+    };
+    let picture = gpu.target(SIZE, PICTURE);
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let opaque = vertex_buffer(&vertices);
+    pipelines.draw_gbuffer(&gpu, &mut encoder, &targets, &camera, &opaque);
+    // Between the G-buffer and the shading that reads its result.
+    tiled.dispatch(&mut encoder.begin_compute_pass(&Default::default()));
+    {
+        let depth = Some(depth_attachment(&targets.depth, wgpu::LoadOp::Load));
+        let view = picture.create_view(&Default::default());
+        let mut pass = render_pass(&mut encoder, &[attachment(&view, CLEAR)], depth);
+        let views = [&targets.occlusion, &targets.normals];
+        pass.set_bind_group(0, &pipelines.all(&gpu.device, &camera, views), &[]);
+        pass.set_bind_group(1, lists, &[]);
+        pass.set_pipeline(&pipelines.opaque);
+        pass.draw(0..3, 0..1);
+        // The glass is blended over the opaque image and tested against its depth.
+        pass.set_pipeline(&pipelines.glass);
+        pass.set_vertex_buffer(0, vertex_buffer(&pane()).slice(..));
+        pass.draw(0..6, 0..1);
+    }
+    gpu.queue.submit([encoder.finish()]);
+    Ok(gpu.read_texture(&picture))
+}
+
+/// The G-buffer, and the output of the tiled pass.
+struct Targets {
+    positions: wgpu::TextureView,
+    normals: wgpu::TextureView,
+    depth: wgpu::TextureView,
+    occlusion: wgpu::TextureView,
+}
+
+/// Returns the tiled pass, which shades the G-buffer and keeps its lists.
+fn prepare(
+    gpu: &Gpu,
+    targets: &Targets,
+    clip_from_world: Mat4,
+    grids: &[Grid],
+    occluders: &[(usize, Instance)],
+) -> Result<TiledPass, Box<dyn Error>> {
+    let Gpu { device, queue, .. } = gpu;
     let descriptor = TiledPassDescriptor {
         label: "proximity shadows".into(),
         mode: Mode::Cone,
         combine: Combine::Merge,
         output: Output::TransmittanceAndAxis,
         target: HALVES,
-        positions: Positions::World,
-        normals: Normals::Signed,
-        receivers: Receivers::None,
-        encoding: Encoding::Cone,
+        gbuffer: GBufferFormat {
+            positions: Positions::World,
+            normals: Normals::Signed,
+            receivers: Receivers::None,
+            depth: None,
+        },
     };
     let mut tiled = TiledPass::new(device, queue, descriptor)?;
-    let atlas = GridAtlas::new(device, queue, &grids.iter().collect::<Vec<_>>(), "grids")?;
+    let grids: Vec<_> = grids.iter().collect();
     let frame = TiledFrame {
-        clip_from_world: clip_from_world.to_cols_array_2d(),
-        positions: &positions,
-        normals: Some(&normals),
-        receivers: None,
-        atlas: &atlas,
-        occluders: &occluders,
-        target: &occlusion,
+        gbuffer: GBufferViews {
+            clip_from_world: clip_from_world.to_cols_array_2d(),
+            positions: &targets.positions,
+            normals: Some(&targets.normals),
+            receivers: None,
+        },
+        atlas: &GridAtlas::new(device, queue, &grids, "grids")?,
+        occluders,
+        target: &targets.occlusion,
     };
     tiled.prepare(device, queue, &frame)?;
-    let lists = tiled.lists().ok_or("nothing was prepared")?;
-
-    let pipelines = Pipelines::new(device, tiled.lists_layout());
-    let camera = buffer(
-        device,
-        wgpu::BufferUsages::UNIFORM,
-        bytemuck::bytes_of(&clip_from_world),
-    );
-    let for_gbuffer = pipelines.camera(device, &camera);
-    let for_picture = pipelines.all(device, &camera, [&occlusion, &normals]);
-    let opaque = buffer(
-        device,
-        wgpu::BufferUsages::VERTEX,
-        bytemuck::cast_slice(&vertices),
-    );
-    let glass = buffer(
-        device,
-        wgpu::BufferUsages::VERTEX,
-        bytemuck::cast_slice(&pane()),
-    );
-    let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
-    let picture = texture(device, PICTURE, usage);
-
-    let mut encoder = device.create_command_encoder(&Default::default());
-    {
-        let depth = Some(depth_attachment(&depth, wgpu::LoadOp::Clear(1.0)));
-        let targets = [attachment(&positions), attachment(&normals)];
-        let mut pass = render_pass(&mut encoder, &targets, depth);
-        pass.set_pipeline(&pipelines.gbuffer);
-        pass.set_bind_group(0, &for_gbuffer, &[]);
-        pass.set_vertex_buffer(0, opaque.slice(..));
-        pass.draw(0..vertices.len() as u32, 0..1);
-    }
-    // Between the G-buffer and the shading that reads its result.
-    tiled.dispatch(&mut encoder.begin_compute_pass(&Default::default()));
-    {
-        let depth = Some(depth_attachment(&depth, wgpu::LoadOp::Load));
-        let view = picture.create_view(&Default::default());
-        let targets = [attachment(&view)];
-        let mut pass = render_pass(&mut encoder, &targets, depth);
-        pass.set_bind_group(0, &for_picture, &[]);
-        pass.set_bind_group(1, lists, &[]);
-        pass.set_pipeline(&pipelines.opaque);
-        pass.draw(0..3, 0..1);
-        // The glass is blended over the opaque image and tested against its depth.
-        pass.set_pipeline(&pipelines.glass);
-        pass.set_vertex_buffer(0, glass.slice(..));
-        pass.draw(0..6, 0..1);
-    }
-    read_back(device, queue, encoder, &picture)
+    Ok(tiled)
 }
 
 /// The grids, the instances with the index of their grid, and all opaque triangles in world space.
@@ -281,6 +284,25 @@ impl Pipelines {
         }
     }
 
+    fn draw_gbuffer(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        targets: &Targets,
+        camera: &wgpu::Buffer,
+        opaque: &wgpu::Buffer,
+    ) {
+        let depth = Some(depth_attachment(&targets.depth, wgpu::LoadOp::Clear(1.0)));
+        let colors = [&targets.positions, &targets.normals];
+        let colors = colors.map(|view| attachment(view, CLEAR));
+        let mut pass = render_pass(encoder, &colors, depth);
+        pass.set_pipeline(&self.gbuffer);
+        pass.set_bind_group(0, &self.camera(&gpu.device, camera), &[]);
+        pass.set_vertex_buffer(0, opaque.slice(..));
+        let count = opaque.size() / size_of::<Vertex>() as u64;
+        pass.draw(0..count as u32, 0..1);
+    }
+
     fn camera(&self, device: &wgpu::Device, camera: &wgpu::Buffer) -> wgpu::BindGroup {
         group(device, &self.camera, [camera.as_entire_binding()])
     }
@@ -353,49 +375,6 @@ fn group<const N: usize>(
     })
 }
 
-fn buffer(device: &wgpu::Device, usage: wgpu::BufferUsages, contents: &[u8]) -> wgpu::Buffer {
-    let descriptor = wgpu::util::BufferInitDescriptor {
-        label: None,
-        contents,
-        usage,
-    };
-    device.create_buffer_init(&descriptor)
-}
-
-fn texture(
-    device: &wgpu::Device,
-    format: wgpu::TextureFormat,
-    usage: wgpu::TextureUsages,
-) -> wgpu::Texture {
-    let [width, height] = SIZE;
-    device.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d {
-            width,
-            height,
-            depth_or_array_layers: 1,
-        },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage,
-        view_formats: &[],
-    })
-}
-
-fn attachment(view: &wgpu::TextureView) -> Option<wgpu::RenderPassColorAttachment<'_>> {
-    Some(wgpu::RenderPassColorAttachment {
-        view,
-        depth_slice: None,
-        resolve_target: None,
-        ops: wgpu::Operations {
-            load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-            store: wgpu::StoreOp::Store,
-        },
-    })
-}
-
 fn depth_attachment(
     view: &wgpu::TextureView,
     load: wgpu::LoadOp<f32>,
@@ -418,31 +397,4 @@ fn render_pass<'a>(
         depth_stencil_attachment,
         ..Default::default()
     })
-}
-
-fn read_back(
-    device: &wgpu::Device,
-    queue: &wgpu::Queue,
-    mut encoder: wgpu::CommandEncoder,
-    picture: &wgpu::Texture,
-) -> Result<Vec<u8>, Box<dyn Error>> {
-    let rows = device.create_buffer(&wgpu::BufferDescriptor {
-        label: None,
-        size: u64::from(4 * SIZE[0] * SIZE[1]),
-        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-        mapped_at_creation: false,
-    });
-    let layout = wgpu::TexelCopyBufferLayout {
-        bytes_per_row: Some(4 * SIZE[0]),
-        ..Default::default()
-    };
-    let info = wgpu::TexelCopyBufferInfo {
-        buffer: &rows,
-        layout,
-    };
-    encoder.copy_texture_to_buffer(picture.as_image_copy(), info, picture.size());
-    queue.submit([encoder.finish()]);
-    rows.map_async(wgpu::MapMode::Read, .., |_| {});
-    device.poll(wgpu::PollType::wait_indefinitely())?;
-    Ok(rows.get_mapped_range(..)?.to_vec())
 }

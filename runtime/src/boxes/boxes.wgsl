@@ -1,4 +1,4 @@
-// The back faces of an occluder's box. Behind `frame.wgsl`.
+// The back faces of an occluder's box. Behind `gbuffer.wgsl`.
 
 struct Draw {
     clip_from_box: mat4x4f,

@@ -9,20 +9,10 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::frame::{Frame, PrepareError};
 use crate::occluder::clip_from_box;
+use crate::pipelines::PipelinesByEncoding;
 use crate::{AogridOccluder, GridTexture, Instance, InstanceError, grid_texture};
 
 pub(crate) use pipeline::{BoxPipelineDescriptor, pipeline};
-
-/// The depth test against the back faces of the boxes. It only saves work: the image is the same
-/// with and without it. The attachment is read-only.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct DepthTest {
-    /// The depth attachment's format.
-    pub format: wgpu::TextureFormat,
-    /// The comparison that passes back faces behind the stored depth: `GreaterEqual` if depth grows
-    /// away from the viewer, `LessEqual` if it is reversed.
-    pub compare: wgpu::CompareFunction,
-}
 
 /// The occluder draws of a frame, in the caller's order.
 #[derive(Debug)]
@@ -31,7 +21,16 @@ pub(crate) struct OccluderDraws {
     grid_layout: wgpu::BindGroupLayout,
     buffer: wgpu::Buffer,
     group: wgpu::BindGroup,
-    draws: Vec<(wgpu::BindGroup, u32)>,
+    draws: Vec<BoxDraw>,
+}
+
+/// The draw of one box.
+#[derive(Debug)]
+struct BoxDraw {
+    grid: wgpu::BindGroup,
+    encoding: Encoding,
+    /// The offset of its uniforms in bytes.
+    offset: u32,
 }
 
 /// The uniforms of all draws, each at its dynamic offset.
@@ -90,19 +89,36 @@ impl OccluderDraws {
             self.group = draw_group(device, &self.draw_layout, &self.buffer);
         }
         queue.write_buffer(&self.buffer, 0, bytes);
-        let grids = frame.occluders.iter().map(|(grid, _)| grid.bind_group());
-        self.draws = (0..)
-            .map(|idx: u32| idx * stride as u32)
-            .zip(grids)
-            .map(|(offset, grid)| (grid.clone(), offset))
-            .collect();
+        let box_draw = |(idx, (grid, _)): (u32, &(&GridTexture, Instance))| BoxDraw {
+            grid: grid.bind_group().clone(),
+            encoding: grid.encoding(),
+            offset: idx * stride as u32,
+        };
+        self.draws = (0..).zip(frame.occluders).map(box_draw).collect();
     }
 
-    /// Draws all occluders; the caller has set the pipeline and the first bind group.
-    pub(crate) fn draw_all(&self, pass: &mut wgpu::RenderPass<'_>) {
-        // Consecutive instances of a grid share its bind group.
-        let mut bound = None;
-        for (grid, offset) in &self.draws {
+    /// Draws all occluders with the pipelines of their grids' encodings; the caller has set the
+    /// first bind group.
+    pub(crate) fn draw_all(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        pipelines: &PipelinesByEncoding<wgpu::RenderPipeline>,
+    ) {
+        // Consecutive instances of a grid share its bind group, and most grids an encoding.
+        let (mut bound, mut compiled_for) = (None, None);
+        for BoxDraw {
+            grid,
+            encoding,
+            offset,
+        } in &self.draws
+        {
+            if compiled_for != Some(*encoding) {
+                let Some(pipeline) = pipelines.get(*encoding) else {
+                    continue;
+                };
+                pass.set_pipeline(pipeline);
+                compiled_for = Some(*encoding);
+            }
             pass.set_bind_group(1, &self.group, &[*offset]);
             if bound != Some(grid) {
                 pass.set_bind_group(2, grid, &[]);
@@ -114,7 +130,7 @@ impl OccluderDraws {
 
     /// Draws one occluder; the caller has set the pipeline and the first bind group.
     pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, idx: usize) {
-        let (grid, offset) = &self.draws[idx];
+        let BoxDraw { grid, offset, .. } = &self.draws[idx];
         pass.set_bind_group(1, &self.group, &[*offset]);
         pass.set_bind_group(2, grid, &[]);
         pass.draw(0..CORNERS, 0..1);
@@ -122,11 +138,7 @@ impl OccluderDraws {
 }
 
 impl Uniforms {
-    pub(crate) fn new(
-        device: &wgpu::Device,
-        frame: &Frame<'_>,
-        encoding: Encoding,
-    ) -> Result<Self, PrepareError> {
+    pub(crate) fn new(device: &wgpu::Device, frame: &Frame<'_>) -> Result<Self, PrepareError> {
         let stride = stride(device);
         let count = frame.occluders.len();
         if count.saturating_mul(stride) as u64 > max_buffer_bytes(device) {
@@ -134,15 +146,12 @@ impl Uniforms {
         }
         let mut bytes = vec![0; count * stride];
         for (idx, (grid, instance)) in frame.occluders.iter().enumerate() {
-            if grid.encoding() != encoding {
-                return Err(PrepareError::Encoding(idx));
-            }
-            let draw = Draw::new(frame.clip_from_world, grid, instance).map_err(|source| {
-                PrepareError::Instance {
+            let camera = frame.gbuffer.clip_from_world;
+            let draw =
+                Draw::new(camera, grid, instance).map_err(|source| PrepareError::Instance {
                     occluder: idx,
                     source,
-                }
-            })?;
+                })?;
             bytes[idx * stride..][..size_of::<Draw>()].copy_from_slice(bytemuck::bytes_of(&draw));
         }
         Ok(Self(bytes))

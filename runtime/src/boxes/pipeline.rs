@@ -1,6 +1,6 @@
 //! The pipeline of a pass that draws boxes.
 
-use super::DepthTest;
+use crate::gbuffer::DepthTest;
 
 /// The parameters of a pipeline that draws boxes.
 pub(crate) struct BoxPipelineDescriptor<'a> {

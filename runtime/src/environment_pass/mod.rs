@@ -5,8 +5,9 @@ mod pipeline;
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::gbuffer::{GBufferError, GBufferFormat, GBufferViews, Positions, placeholder};
 use crate::occluder::world_from_clip;
-use crate::{AogridEnvironment, EnvironmentTexture, Normals, Positions};
+use crate::{AogridEnvironment, EnvironmentTexture};
 
 /// The inputs and outputs of an [`EnvironmentPass`]. Everything here is compiled into its pipeline.
 #[derive(Clone, Debug)]
@@ -22,10 +23,9 @@ pub struct EnvironmentPassDescriptor {
     /// A depth and stencil test, for example against a stencil that marks some materials; none if
     /// there is no such attachment. The triangle has depth 0.
     pub depth_stencil: Option<wgpu::DepthStencilState>,
-    /// The contents of the G-buffer's position texture. Diffuse surfaces do not read it.
-    pub positions: Positions,
-    /// The encoding of the G-buffer's normals.
-    pub normals: Normals,
+    /// The contents of the G-buffer, of which the pass reads normals and, for glossy surfaces,
+    /// positions.
+    pub gbuffer: GBufferFormat,
 }
 
 /// The reflection model of the surfaces.
@@ -37,11 +37,11 @@ pub enum Reflection {
     Glossy,
 }
 
-/// The camera, G-buffer and environment of one frame.
+/// The G-buffer, viewer and environment of one frame.
 #[derive(Clone, Copy, Debug)]
 pub struct EnvironmentFrame<'a> {
-    /// The view and projection matrix, in columns; read if positions are depths.
-    pub clip_from_world: [[f32; 4]; 4],
+    /// The camera, which is read if positions are depths, and the G-buffer's textures.
+    pub gbuffer: GBufferViews<'a>,
     /// The viewer's position and 1, or for an orthographic camera a direction towards the viewer
     /// and 0. Read if surfaces are glossy.
     pub eye: [f32; 4],
@@ -56,10 +56,6 @@ pub struct EnvironmentFrame<'a> {
     /// [`Output::TransmittanceAndAxis`](crate::Output::TransmittanceAndAxis), or of a merging pass:
     /// the sum of all (AO/2) d′ in xyz, 1 − AO in w.
     pub occlusion: &'a wgpu::TextureView,
-    /// See [`Normals`].
-    pub normals: &'a wgpu::TextureView,
-    /// See [`Positions`]; none for [`Reflection::Lambertian`].
-    pub positions: Option<&'a wgpu::TextureView>,
 }
 
 /// The reasons why a pass cannot be created.
@@ -82,15 +78,12 @@ pub enum EnvironmentPassError {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnvironmentFrameError {
-    /// The camera's matrix has no inverse.
-    #[error("clip_from_world cannot be inverted")]
-    Camera,
+    /// The pass cannot read the G-buffer.
+    #[error(transparent)]
+    GBuffer(#[from] GBufferError),
     /// The half-angle of the lobe is outside its range.
     #[error("the lobe's half-angle of {0} is not above 0 and at most π/2")]
     Lobe(f32),
-    /// A texture that the pass reads is missing from the frame.
-    #[error("the pass was created to read {0}, which are missing from the frame")]
-    Missing(&'static str),
 }
 
 /// The environment pass. Create it once, prepare it once a frame, draw it in your own render pass:
@@ -147,7 +140,7 @@ impl EnvironmentPass {
                 usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             }),
-            positions_placeholder: pipeline::positions_placeholder(device),
+            positions_placeholder: placeholder(device, wgpu::TextureFormat::Rgba8Unorm),
             group: None,
             layout,
             descriptor,
@@ -194,14 +187,13 @@ impl EnvironmentPass {
         &self,
         frame: &EnvironmentFrame<'_>,
     ) -> Result<BoundResources, EnvironmentFrameError> {
-        let positions = match (self.descriptor.reflection, frame.positions) {
-            (Reflection::Lambertian, _) => &self.positions_placeholder,
-            (Reflection::Glossy, Some(view)) => view,
-            (Reflection::Glossy, None) => {
-                return Err(EnvironmentFrameError::Missing("positions"));
-            }
+        let positions = match self.descriptor.reflection {
+            Reflection::Lambertian => &self.positions_placeholder,
+            Reflection::Glossy => frame.gbuffer.positions,
         };
-        let views = [positions, frame.normals, frame.occlusion, frame.map.view()];
+        let normals = frame.gbuffer.normals;
+        let normals = normals.ok_or(GBufferError::Missing("normals"))?;
+        let views = [positions, normals, frame.occlusion, frame.map.view()];
         Ok(BoundResources {
             views: views.map(Clone::clone),
             sampler: frame.map.sampler().clone(),
@@ -210,14 +202,14 @@ impl EnvironmentPass {
 
     fn uniforms(&self, frame: &EnvironmentFrame<'_>) -> Result<Uniforms, EnvironmentFrameError> {
         let is_glossy = self.descriptor.reflection == Reflection::Glossy;
-        let from_depth = is_glossy && self.descriptor.positions == Positions::Depth;
+        let from_depth = is_glossy && self.descriptor.gbuffer.positions == Positions::Depth;
         let half_angle = frame.lobe_half_angle;
         if is_glossy && !(half_angle > 0.0 && half_angle <= std::f32::consts::FRAC_PI_2) {
             return Err(EnvironmentFrameError::Lobe(half_angle));
         }
         let world_from_clip = match from_depth {
             true => {
-                world_from_clip(frame.clip_from_world).map_err(|_| EnvironmentFrameError::Camera)?
+                world_from_clip(frame.gbuffer.clip_from_world).map_err(|_| GBufferError::Camera)?
             }
             false => [[0.0; 4]; 4],
         };

@@ -3,7 +3,7 @@
 use std::num::NonZeroU64;
 
 use super::{EnvironmentPassDescriptor, EnvironmentPassError, Reflection, Uniforms};
-use crate::{Normals, Positions, wgsl};
+use crate::wgsl;
 
 /// Rejects a target that cannot be drawn into.
 pub(super) fn check(
@@ -46,7 +46,7 @@ pub(super) fn new(
         bind_group_layouts: &[Some(layout)],
         immediate_size: 0,
     });
-    let constants = constants(descriptor);
+    let constants = descriptor.gbuffer.constants();
     let compilation_options = wgpu::PipelineCompilationOptions {
         constants: &constants,
         ..Default::default()
@@ -106,36 +106,4 @@ pub(super) fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
         label: Some("aogrid environment"),
         entries: &entries,
     })
-}
-
-/// A texture of one texel, for positions that no shader reads.
-pub(super) fn positions_placeholder(device: &wgpu::Device) -> wgpu::TextureView {
-    let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("aogrid no positions"),
-        size: wgpu::Extent3d::default(),
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba8Unorm,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    });
-    texture.create_view(&wgpu::TextureViewDescriptor {
-        label: Some("aogrid no positions"),
-        ..Default::default()
-    })
-}
-
-/// The values of the `override`s of the WGSL.
-fn constants(descriptor: &EnvironmentPassDescriptor) -> [(&'static str, f64); 3] {
-    let from_depth = descriptor.positions == Positions::Depth;
-    let [scale, offset] = match descriptor.normals {
-        Normals::Signed => [1.0, 0.0],
-        Normals::Unsigned => [2.0, -1.0],
-    };
-    [
-        ("positions_are_depths", f64::from(u8::from(from_depth))),
-        ("normal_scale", scale),
-        ("normal_offset", offset),
-    ]
 }

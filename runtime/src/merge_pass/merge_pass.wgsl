@@ -1,5 +1,5 @@
 // The merging raster pass: the running cone of a pixel that an occluder's box covers is read from
-// one buffer and written to the other (RR-5779, 5.2.2). Behind `frame.wgsl` and `boxes.wgsl`.
+// one buffer and written to the other (RR-5779, 5.2.2). Behind `gbuffer.wgsl` and `boxes.wgsl`.
 
 /// The accumulated previous occluders: the sum of (AO/2) d', and 1 - AO.
 @group(3) @binding(0) var previous: texture_2d<f32>;

@@ -1,12 +1,9 @@
 //! The merging raster pass: merges the cones of the occluders one after the other, in a pair of
 //! buffers (RR-5779, 5.2.2).
 
-use aogrid_grid_format::Encoding;
-
-use crate::boxes::{self, BoxPipelineDescriptor, DepthTest, OccluderDraws, Uniforms};
-use crate::frame::{
-    Frame, FrameBindings, GBufferReads, Normals, Positions, PrepareError, Receivers,
-};
+use crate::boxes::{self, BoxPipelineDescriptor, OccluderDraws, Uniforms};
+use crate::frame::{Frame, PrepareError};
+use crate::gbuffer::{GBufferBindings, GBufferFormat, GBufferReads};
 use crate::occlusion_pass::PassError;
 use crate::{tables, wgsl};
 
@@ -17,15 +14,8 @@ pub struct MergePassDescriptor {
     pub label: String,
     /// The buffers' format: `Rgba16Float` or `Rgba32Float`.
     pub format: wgpu::TextureFormat,
-    /// The contents of the G-buffer's position texture.
-    pub positions: Positions,
-    /// The encoding of the G-buffer's normals.
-    pub normals: Normals,
-    /// The information in the G-buffer about the object that a pixel shows.
-    pub receivers: Receivers,
-    /// The depth test that skips pixels whose receiver lies behind an occluder's box; none if there
-    /// is no depth buffer.
-    pub depth: Option<DepthTest>,
+    /// The contents of the G-buffer.
+    pub gbuffer: GBufferFormat,
     /// The winding of faces seen from outside in your right-handed pipelines; `Ccw` unless your
     /// projection mirrors the image.
     pub front_face: wgpu::FrontFace,
@@ -44,7 +34,7 @@ pub struct MergePass {
     descriptor: MergePassDescriptor,
     merge: wgpu::RenderPipeline,
     copy: wgpu::RenderPipeline,
-    bindings: FrameBindings,
+    bindings: GBufferBindings,
     draws: OccluderDraws,
     pair_layout: wgpu::BindGroupLayout,
     overlap_table: wgpu::TextureView,
@@ -84,7 +74,7 @@ impl MergePass {
             return Err(PassError::Target { format, need });
         }
         let table = tables::clip_table(device, queue);
-        let bindings = FrameBindings::new(device, descriptor.reads(), table);
+        let bindings = GBufferBindings::new(device, descriptor.reads(), table);
         let draws = OccluderDraws::new(device);
         let pair_layout = pair_layout(device);
         let pipeline = |fragment| {
@@ -96,7 +86,7 @@ impl MergePass {
                 fragment,
                 constants: &descriptor.reads().constants(),
                 target: format.into(),
-                depth: descriptor.depth,
+                depth: descriptor.gbuffer.depth,
                 front_face: descriptor.front_face,
             };
             boxes::pipeline(device, &box_pipeline)
@@ -126,11 +116,12 @@ impl MergePass {
         queue: &wgpu::Queue,
         frame: &Frame<'_>,
     ) -> Result<(), PrepareError> {
-        let validated = self.bindings.check(&frame.view())?;
-        let uniforms = Uniforms::new(device, frame, Encoding::Cone)?;
+        let validated = self.bindings.check(&frame.gbuffer)?;
+        frame.require_cones()?;
+        let uniforms = Uniforms::new(device, frame)?;
         self.bindings.write(device, queue, validated);
         self.draws.write(device, queue, frame, &uniforms);
-        let size = frame.positions.texture().size();
+        let size = frame.gbuffer.positions.texture().size();
         if self
             .result()
             .is_none_or(|previous| previous.texture().size() != size)
@@ -232,9 +223,8 @@ impl MergePass {
 impl MergePassDescriptor {
     fn reads(&self) -> GBufferReads {
         GBufferReads {
-            positions: self.positions,
-            normals: Some(self.normals),
-            receivers: self.receivers,
+            format: self.gbuffer,
+            normals: true,
         }
     }
 }

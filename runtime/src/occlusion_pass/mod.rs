@@ -3,15 +3,14 @@
 
 mod pipeline;
 
-use aogrid_grid_format::Encoding;
-
-use crate::boxes::{DepthTest, OccluderDraws, Uniforms};
-use crate::frame::{
-    Frame, FrameBindings, GBufferReads, Normals, Positions, PrepareError, Receivers,
-};
+use crate::boxes::{OccluderDraws, Uniforms};
+use crate::frame::{Frame, PrepareError};
+use crate::gbuffer::{GBufferBindings, GBufferFormat, GBufferReads};
+use crate::pipelines::PipelinesByEncoding;
 use crate::tables;
 
-/// The inputs and outputs of an [`OcclusionPass`]. Everything here is compiled into its pipeline.
+/// The inputs and outputs of an [`OcclusionPass`]. Everything here is compiled into its
+/// pipelines.
 #[derive(Clone, Debug)]
 pub struct OcclusionPassDescriptor {
     /// Names the pass in graphics debuggers.
@@ -22,20 +21,11 @@ pub struct OcclusionPassDescriptor {
     pub output: Output,
     /// The target's format: blendable, and wider than 8 bits if many occluders overlap.
     pub target: wgpu::TextureFormat,
-    /// The contents of the G-buffer's position texture.
-    pub positions: Positions,
-    /// The encoding of the G-buffer's normals.
-    pub normals: Normals,
-    /// The information in the G-buffer about the object that a pixel shows.
-    pub receivers: Receivers,
-    /// The depth test that skips pixels whose receiver lies behind an occluder's box; none if there
-    /// is no depth buffer.
-    pub depth: Option<DepthTest>,
+    /// The contents of the G-buffer.
+    pub gbuffer: GBufferFormat,
     /// The winding of faces seen from outside in your right-handed pipelines; `Ccw` unless your
     /// projection mirrors the image.
     pub front_face: wgpu::FrontFace,
-    /// The encoding of all grids that the pass will draw.
-    pub encoding: Encoding,
 }
 
 /// The shading mode of a grid.
@@ -63,9 +53,6 @@ pub enum Output {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PassError {
-    /// Cone shading is requested for grids without cones.
-    #[error("grids with occlusion alone cannot be shaded as cones: bake with --encoding cone")]
-    NoCones,
     /// Axes are requested without cone shading.
     #[error("axes come from cones: use Mode::Cone")]
     NoAxis,
@@ -87,13 +74,13 @@ pub enum PassError {
 #[derive(Debug)]
 pub struct OcclusionPass {
     descriptor: OcclusionPassDescriptor,
-    pipeline: wgpu::RenderPipeline,
-    bindings: FrameBindings,
+    pipelines: PipelinesByEncoding<wgpu::RenderPipeline>,
+    bindings: GBufferBindings,
     draws: OccluderDraws,
 }
 
 impl OcclusionPass {
-    /// Compiles the pipeline and uploads T_clip.
+    /// Uploads T_clip. Pipelines are compiled by the first frame whose grids need them.
     ///
     /// # Errors
     ///
@@ -108,12 +95,10 @@ impl OcclusionPass {
             Output::Transmittance => tables::transmittance_table(device, queue),
             Output::TransmittanceAndAxis => tables::clip_table(device, queue),
         };
-        let bindings = FrameBindings::new(device, descriptor.reads(), table);
-        let draws = OccluderDraws::new(device);
         Ok(Self {
-            pipeline: pipeline::new(device, &bindings, &draws, &descriptor),
-            bindings,
-            draws,
+            pipelines: PipelinesByEncoding::new(),
+            bindings: GBufferBindings::new(device, descriptor.reads(), table),
+            draws: OccluderDraws::new(device),
             descriptor,
         })
     }
@@ -138,8 +123,23 @@ impl OcclusionPass {
         queue: &wgpu::Queue,
         frame: &Frame<'_>,
     ) -> Result<(), PrepareError> {
-        let validated = self.bindings.check(&frame.view())?;
-        let uniforms = Uniforms::new(device, frame, self.descriptor.encoding)?;
+        let validated = self.bindings.check(&frame.gbuffer)?;
+        if self.descriptor.mode == Mode::Cone {
+            frame.require_cones()?;
+        }
+        let uniforms = Uniforms::new(device, frame)?;
+        for (grid, _) in frame.occluders {
+            let encoding = grid.encoding();
+            self.pipelines.require(encoding, || {
+                pipeline::new(
+                    device,
+                    &self.bindings,
+                    &self.draws,
+                    &self.descriptor,
+                    encoding,
+                )
+            });
+        }
         self.bindings.write(device, queue, validated);
         self.draws.write(device, queue, frame, &uniforms);
         Ok(())
@@ -151,21 +151,16 @@ impl OcclusionPass {
         let Some(frame) = self.bindings.group() else {
             return;
         };
-        pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, frame, &[]);
-        self.draws.draw_all(pass);
+        self.draws.draw_all(pass, &self.pipelines);
     }
 }
 
 impl OcclusionPassDescriptor {
     fn reads(&self) -> GBufferReads {
         GBufferReads {
-            positions: self.positions,
-            normals: match self.mode {
-                Mode::Occlusion => None,
-                Mode::Cone => Some(self.normals),
-            },
-            receivers: self.receivers,
+            format: self.gbuffer,
+            normals: self.mode == Mode::Cone,
         }
     }
 }

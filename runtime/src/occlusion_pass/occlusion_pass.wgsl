@@ -1,5 +1,5 @@
 // The raster pass: the factor of a pixel that an occluder's box covers (RR-5779, 3.2). Behind
-// `frame.wgsl` and `boxes.wgsl`.
+// `gbuffer.wgsl` and `boxes.wgsl`.
 
 /// Whether the grids hold cones; otherwise they hold occlusion alone.
 override grids_hold_cones: bool;

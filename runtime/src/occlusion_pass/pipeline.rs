@@ -1,8 +1,10 @@
 //! The pipeline of the raster pass: its target, blending and constants.
 
+use aogrid_grid_format::Encoding;
+
 use super::{Mode, OcclusionPassDescriptor, Output, PassError};
 use crate::boxes::{self, BoxPipelineDescriptor, OccluderDraws};
-use crate::frame::FrameBindings;
+use crate::gbuffer::GBufferBindings;
 use crate::wgsl;
 
 /// Rejects descriptors that do not compile or would give wrong results.
@@ -10,9 +12,6 @@ pub(super) fn check(
     device: &wgpu::Device,
     descriptor: &OcclusionPassDescriptor,
 ) -> Result<(), PassError> {
-    if descriptor.mode == Mode::Cone && !descriptor.encoding.has_direction() {
-        return Err(PassError::NoCones);
-    }
     let with_axis = descriptor.output == Output::TransmittanceAndAxis;
     if with_axis && descriptor.mode == Mode::Occlusion {
         return Err(PassError::NoAxis);
@@ -40,15 +39,17 @@ pub(super) fn check(
     Ok(())
 }
 
+/// Compiles the pipeline for grids of an encoding.
 pub(super) fn new(
     device: &wgpu::Device,
-    bindings: &FrameBindings,
+    bindings: &GBufferBindings,
     draws: &OccluderDraws,
     descriptor: &OcclusionPassDescriptor,
+    encoding: Encoding,
 ) -> wgpu::RenderPipeline {
     let [draw, grid] = draws.layouts();
-    let grids_hold_cones = f64::from(u8::from(descriptor.encoding.has_direction()));
-    let mut constants = descriptor.reads().constants().to_vec();
+    let grids_hold_cones = f64::from(u8::from(encoding.has_direction()));
+    let mut constants = descriptor.reads().constants();
     constants.push(("grids_hold_cones", grids_hold_cones));
     let box_pipeline = BoxPipelineDescriptor {
         label: &descriptor.label,
@@ -61,7 +62,7 @@ pub(super) fn new(
         },
         constants: &constants,
         target: target(descriptor),
-        depth: descriptor.depth,
+        depth: descriptor.gbuffer.depth,
         front_face: descriptor.front_face,
     };
     boxes::pipeline(device, &box_pipeline)

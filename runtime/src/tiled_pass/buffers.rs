@@ -1,13 +1,14 @@
 //! The bindings of the tiled pass besides the frame: occluders, grids, lists, the target.
 
+use aogrid_grid_format::Encoding;
 use bytemuck::{Pod, Zeroable};
 
-use super::{TiledFrame, TiledPassDescriptor};
+use super::TiledFrame;
 use crate::frame::PrepareError;
 use crate::grid_atlas::AtlasRegion;
 use crate::occluder::clip_from_box;
 use crate::wgsl::AOGRID_TILE;
-use crate::{AogridOccluder, GridAtlas, Instance, InstanceError, TiledPass, tables};
+use crate::{AogridOccluder, GridAtlas, Instance, InstanceError, Mode, TiledPass, tables};
 
 /// The shader data of an occluder whose grid is a region of an atlas: the struct of the same name
 /// in the WGSL library, 192 bytes, for a storage buffer.
@@ -85,13 +86,14 @@ impl FrameData {
     pub(super) fn new(
         device: &wgpu::Device,
         frame: &TiledFrame<'_>,
-        descriptor: &TiledPassDescriptor,
+        mode: Mode,
     ) -> Result<Self, PrepareError> {
         let count = frame.occluders.len();
-        if count > TiledPass::MOST_OCCLUDERS {
+        if count > TiledPass::MAX_OCCLUDERS {
             return Err(PrepareError::TooMany(count));
         }
-        let [target, positions] = [frame.target, frame.positions].map(|v| v.texture().size());
+        let [target, positions] =
+            [frame.target, frame.gbuffer.positions].map(|v| v.texture().size());
         if target != positions {
             return Err(PrepareError::TargetSize);
         }
@@ -105,12 +107,12 @@ impl FrameData {
             return Err(PrepareError::TooMany(count));
         }
         let occluders = (0..).zip(frame.occluders).map(|(idx, (grid, instance))| {
-            if frame.atlas.encoding() != descriptor.encoding {
-                return Err(PrepareError::Encoding(idx));
+            if mode == Mode::Cone && frame.atlas.encoding() == Encoding::Occlusion {
+                return Err(PrepareError::NoCones(idx));
             }
             let region = frame.atlas.region(*grid);
             let region = region.ok_or(PrepareError::NoSuchGrid(idx))?;
-            let camera = frame.clip_from_world;
+            let camera = frame.gbuffer.clip_from_world;
             AogridAtlasOccluder::new(frame.atlas, region, instance, camera, tiles.size).map_err(
                 |source| PrepareError::Instance {
                     occluder: idx,

@@ -5,15 +5,16 @@ mod pipeline;
 
 use aogrid_grid_format::Encoding;
 
-use crate::frame::{
-    FrameBindings, FrameInputs, GBufferReads, Normals, Positions, PrepareError, Receivers,
-};
+use crate::frame::PrepareError;
+use crate::gbuffer::{GBufferBindings, GBufferFormat, GBufferReads, GBufferViews};
+use crate::pipelines::PipelinesByEncoding;
 use crate::{GridAtlas, Instance, Mode, Output, PassError, tables};
 use buffers::{Buffers, FrameData};
 
 pub use buffers::{AogridAtlasOccluder, AogridTiles};
 
-/// The inputs and outputs of a [`TiledPass`]. Everything here is compiled into its pipeline.
+/// The inputs and outputs of a [`TiledPass`]. Everything here is compiled into its
+/// pipelines.
 #[derive(Clone, Debug)]
 pub struct TiledPassDescriptor {
     /// Names the pass in graphics debuggers.
@@ -27,14 +28,8 @@ pub struct TiledPassDescriptor {
     /// The target's format: `R32Float`, `Rgba16Float` or `Rgba32Float`; for a transmittance alone
     /// also `Rgba8Unorm`, as each pixel is written only once.
     pub target: wgpu::TextureFormat,
-    /// The contents of the G-buffer's position texture.
-    pub positions: Positions,
-    /// The encoding of the G-buffer's normals.
-    pub normals: Normals,
-    /// The information in the G-buffer about the object that a pixel shows.
-    pub receivers: Receivers,
-    /// The encoding of the atlases that the pass will read.
-    pub encoding: Encoding,
+    /// The contents of the G-buffer.
+    pub gbuffer: GBufferFormat,
 }
 
 /// The combination of several occluders.
@@ -47,21 +42,16 @@ pub enum Combine {
     Merge,
 }
 
-/// The camera, G-buffer, occluders and target of one frame.
+/// The G-buffer, occluders and target of one frame.
 #[derive(Clone, Copy, Debug)]
 pub struct TiledFrame<'a> {
-    /// The view and projection matrix, in columns: perspective or orthographic, depth 0..1.
-    pub clip_from_world: [[f32; 4]; 4],
-    /// See [`Positions`]. A pixel without a surface holds NaN or infinity, or the depth of a
-    /// cleared buffer, 0 or 1; such a pixel adds no occluder to the lists.
-    pub positions: &'a wgpu::TextureView,
-    /// See [`Normals`]; none for [`Mode::Occlusion`].
-    pub normals: Option<&'a wgpu::TextureView>,
-    /// See [`Receivers`].
-    pub receivers: Option<&'a wgpu::TextureView>,
+    /// The camera and the G-buffer's textures. A pixel without a surface has a position of NaN or
+    /// infinity, or the depth of a cleared buffer, 0 or 1; such a pixel adds no occluder to the
+    /// lists.
+    pub gbuffer: GBufferViews<'a>,
     /// All grids.
     pub atlas: &'a GridAtlas,
-    /// All occluders, including those off screen, up to [`TiledPass::MOST_OCCLUDERS`]: the index of
+    /// All occluders, including those off screen, up to [`TiledPass::MAX_OCCLUDERS`]: the index of
     /// each one's grid in the list from which the atlas was created, and its instance. They are
     /// processed in this order.
     pub occluders: &'a [(usize, Instance)],
@@ -82,8 +72,10 @@ pub struct TiledFrame<'a> {
 pub struct TiledPass {
     descriptor: TiledPassDescriptor,
     gather: wgpu::ComputePipeline,
-    shade: wgpu::ComputePipeline,
-    bindings: FrameBindings,
+    shade: PipelinesByEncoding<wgpu::ComputePipeline>,
+    /// The encoding of the prepared atlas.
+    encoding: Option<Encoding>,
+    bindings: GBufferBindings,
     buffers: Buffers,
 }
 
@@ -92,9 +84,10 @@ const SIDE: u32 = 8;
 
 impl TiledPass {
     /// The maximum number of occluders in a frame.
-    pub const MOST_OCCLUDERS: usize = 32 * crate::wgsl::AOGRID_TILE_WORDS as usize;
+    pub const MAX_OCCLUDERS: usize = 32 * crate::wgsl::AOGRID_TILE_WORDS as usize;
 
-    /// Compiles the pipeline and uploads the tables.
+    /// Compiles the pipeline of the lists and uploads the tables. That of the shading is compiled by
+    /// the first frame whose atlas needs it.
     ///
     /// # Errors
     ///
@@ -110,16 +103,18 @@ impl TiledPass {
             true => clip_table_view.clone(),
             false => tables::transmittance_table(device, queue),
         };
-        let bindings = FrameBindings::new(device, descriptor.reads(), table);
+        let bindings = GBufferBindings::new(device, descriptor.reads(), table);
         let overlap_table = tables::intersection_table(device, queue);
         let buffers = Buffers::new(device, descriptor.target, [clip_table_view, overlap_table]);
-        let pipeline = |entry_point, own| {
-            let layouts = [bindings.layout(), buffers.common_layout(), own];
-            pipeline::new(device, entry_point, layouts, &descriptor)
-        };
+        let layouts = [
+            bindings.layout(),
+            buffers.common_layout(),
+            buffers.gather_layout(),
+        ];
         Ok(Self {
-            gather: pipeline("gather_tile", buffers.gather_layout()),
-            shade: pipeline("shade_pixels", buffers.shade_layout()),
+            gather: pipeline::gather(device, layouts, &descriptor),
+            shade: PipelinesByEncoding::new(),
+            encoding: None,
             bindings,
             buffers,
             descriptor,
@@ -138,14 +133,18 @@ impl TiledPass {
         queue: &wgpu::Queue,
         frame: &TiledFrame<'_>,
     ) -> Result<(), PrepareError> {
-        let view = FrameInputs {
-            clip_from_world: frame.clip_from_world,
-            positions: frame.positions,
-            normals: frame.normals,
-            receivers: frame.receivers,
-        };
-        let validated = self.bindings.check(&view)?;
-        let frame_data = FrameData::new(device, frame, &self.descriptor)?;
+        let validated = self.bindings.check(&frame.gbuffer)?;
+        let frame_data = FrameData::new(device, frame, self.descriptor.mode)?;
+        let encoding = frame.atlas.encoding();
+        self.shade.require(encoding, || {
+            let layouts = [
+                self.bindings.layout(),
+                self.buffers.common_layout(),
+                self.buffers.shade_layout(),
+            ];
+            pipeline::shade(device, layouts, &self.descriptor, encoding)
+        });
+        self.encoding = Some(encoding);
         self.bindings.write(device, queue, validated);
         self.buffers.write(device, queue, frame, &frame_data);
         Ok(())
@@ -153,7 +152,10 @@ impl TiledPass {
 
     /// Gathers the lists of the prepared frame and shades every pixel once, in two dispatches.
     pub fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>) {
-        let (Some(frame), Some(groups)) = (self.bindings.group(), self.buffers.groups()) else {
+        let shade = self.encoding.and_then(|encoding| self.shade.get(encoding));
+        let (Some(frame), Some(groups), Some(shade)) =
+            (self.bindings.group(), self.buffers.groups(), shade)
+        else {
             return;
         };
         pass.set_bind_group(0, frame, &[]);
@@ -162,7 +164,7 @@ impl TiledPass {
         pass.set_bind_group(2, &groups.gather, &[]);
         let [across, down] = self.buffers.tiles().tiles();
         pass.dispatch_workgroups(across, down, 1);
-        pass.set_pipeline(&self.shade);
+        pass.set_pipeline(shade);
         pass.set_bind_group(2, &groups.shade, &[]);
         let [across, down] = self.buffers.tiles().size.map(|n| n.div_ceil(SIDE));
         pass.dispatch_workgroups(across, down, 1);
@@ -188,12 +190,8 @@ impl TiledPassDescriptor {
 
     fn reads(&self) -> GBufferReads {
         GBufferReads {
-            positions: self.positions,
-            normals: match self.mode {
-                Mode::Occlusion => None,
-                Mode::Cone => Some(self.normals),
-            },
-            receivers: self.receivers,
+            format: self.gbuffer,
+            normals: self.mode == Mode::Cone,
         }
     }
 }

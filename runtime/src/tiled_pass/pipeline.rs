@@ -1,16 +1,14 @@
 //! The pipelines of the tiled pass.
 
+use aogrid_grid_format::Encoding;
+
 use super::{Combine, TiledPassDescriptor};
 use crate::{Mode, Output, PassError, wgsl};
 
 /// Rejects descriptors that do not compile or would give wrong results.
 pub(super) fn check(descriptor: &TiledPassDescriptor) -> Result<(), PassError> {
     use wgpu::TextureFormat as F;
-    let mode = descriptor.mode;
-    if mode == Mode::Cone && !descriptor.encoding.has_direction() {
-        return Err(PassError::NoCones);
-    }
-    if mode == Mode::Occlusion && descriptor.needs_axes() {
+    if descriptor.mode == Mode::Occlusion && descriptor.needs_axes() {
         return Err(PassError::NoAxis);
     }
     let format = descriptor.target;
@@ -31,12 +29,31 @@ pub(super) fn check(descriptor: &TiledPassDescriptor) -> Result<(), PassError> {
     }
 }
 
-/// The pipeline of an entry point.
-pub(super) fn new(
+/// Compiles the pipeline that gathers the lists, which reads no grid.
+pub(super) fn gather(
+    device: &wgpu::Device,
+    layouts: [&wgpu::BindGroupLayout; 3],
+    descriptor: &TiledPassDescriptor,
+) -> wgpu::ComputePipeline {
+    new(device, "gather_tile", layouts, descriptor, Encoding::Cone)
+}
+
+/// Compiles the pipeline that shades pixels with grids of an encoding.
+pub(super) fn shade(
+    device: &wgpu::Device,
+    layouts: [&wgpu::BindGroupLayout; 3],
+    descriptor: &TiledPassDescriptor,
+    encoding: Encoding,
+) -> wgpu::ComputePipeline {
+    new(device, "shade_pixels", layouts, descriptor, encoding)
+}
+
+fn new(
     device: &wgpu::Device,
     entry_point: &str,
     layouts: [&wgpu::BindGroupLayout; 3],
     descriptor: &TiledPassDescriptor,
+    encoding: Encoding,
 ) -> wgpu::ComputePipeline {
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(&descriptor.label),
@@ -53,7 +70,7 @@ pub(super) fn new(
         module: &module,
         entry_point: Some(entry_point),
         compilation_options: wgpu::PipelineCompilationOptions {
-            constants: &constants(descriptor),
+            constants: &constants(descriptor, encoding),
             // The kernel clears its workgroup memory itself.
             zero_initialize_workgroup_memory: false,
         },
@@ -73,7 +90,7 @@ fn name(format: wgpu::TextureFormat) -> &'static str {
 }
 
 /// The values of the `override`s of the WGSL.
-fn constants(descriptor: &TiledPassDescriptor) -> Vec<(&'static str, f64)> {
+fn constants(descriptor: &TiledPassDescriptor, encoding: Encoding) -> Vec<(&'static str, f64)> {
     let flag = |yes: bool| f64::from(u8::from(yes));
     let shading = match (descriptor.mode, descriptor.combine, descriptor.output) {
         (Mode::Occlusion, _, _) => 0.0,
@@ -85,10 +102,7 @@ fn constants(descriptor: &TiledPassDescriptor) -> Vec<(&'static str, f64)> {
     let own = [
         ("shading", shading),
         ("writes_axis", flag(writes_axis)),
-        (
-            "grids_hold_cones",
-            flag(descriptor.encoding.has_direction()),
-        ),
+        ("grids_hold_cones", flag(encoding.has_direction())),
     ];
     [&descriptor.reads().constants()[..], &own].concat()
 }

@@ -2,7 +2,7 @@
 // boxes may contain the tile's receivers. Then every pixel walks that list in the caller's order
 // and writes its result once. The walk reads the list from a buffer, at an index that is uniform
 // over a workgroup: compilers then keep the list and the occluder in scalar registers. Behind
-// `frame.wgsl`; the declaration of the target, which names its format, follows.
+// `gbuffer.wgsl`; the declaration of the target, which names its format, follows.
 
 /// The shading of an occluder: OCCLUSION to MERGED below.
 override shading: u32;

@@ -4,13 +4,14 @@ use std::sync::LazyLock;
 use aogrid_runtime::environment::*;
 use aogrid_runtime::{
     AogridCone, AogridEnvironment, EnvironmentFrame, EnvironmentFrameError, EnvironmentMap,
-    EnvironmentPass, EnvironmentPassDescriptor, EnvironmentPassError, EnvironmentTexture, Normals,
-    Positions, Reflection, Up, wgsl,
+    EnvironmentPass, EnvironmentPassDescriptor, EnvironmentPassError, EnvironmentTexture,
+    GBufferError, GBufferFormat, GBufferViews, Normals, Positions, Reflection, Up, wgsl,
 };
 use glam::{Mat4, Vec3};
 
-use crate::gpu::{Gpu, gpu};
+use crate::raster::world_and_signed;
 use crate::scene::{GBuffer, SIZE, gbuffer, orthographic, perspective, reversed, surfaces};
+use aogrid_gpu_support::{Gpu, attachment, gpu};
 
 /// The kernel that calls the library's functions, one input per thread.
 const KERNEL: &str = "
@@ -371,8 +372,7 @@ fn descriptor(reflection: Reflection) -> EnvironmentPassDescriptor {
         target: wgpu::TextureFormat::Rgba32Float,
         blend: None,
         depth_stencil: None,
-        positions: Positions::World,
-        normals: Normals::Signed,
+        gbuffer: world_and_signed(),
     }
 }
 
@@ -432,11 +432,11 @@ impl Scene {
             let format = wgpu::TextureFormat::Rgba32Float;
             harness
                 .gpu
-                .texture(SIZE, format, bytemuck::cast_slice(texels))
+                .upload(SIZE, format, bytemuck::cast_slice(texels))
         };
-        let positions = match descriptor.positions {
+        let positions = match descriptor.gbuffer.positions {
             Positions::World => floats(&self.buffer.positions),
-            Positions::Depth => harness.gpu.texture(
+            Positions::Depth => harness.gpu.upload(
                 SIZE,
                 wgpu::TextureFormat::R32Float,
                 bytemuck::cast_slice(&self.buffer.depths),
@@ -446,7 +446,7 @@ impl Scene {
             .buffer
             .normals
             .iter()
-            .map(|n| match descriptor.normals {
+            .map(|n| match descriptor.gbuffer.normals {
                 Normals::Signed => *n,
                 // The format of normals without signed texels.
                 Normals::Unsigned => n.map(|x| 0.5 * x + 0.5),
@@ -455,29 +455,24 @@ impl Scene {
         let occlusion = floats(&self.combined);
         let map = EnvironmentTexture::new(device, queue, &harness.map, "sky");
         let frame = EnvironmentFrame {
-            clip_from_world: self.camera.to_cols_array_2d(),
+            gbuffer: GBufferViews {
+                clip_from_world: self.camera.to_cols_array_2d(),
+                positions: &positions,
+                normals: Some(&normals),
+                receivers: None,
+            },
             eye: self.eye,
             lobe_half_angle: LOBE_HALF_ANGLE,
             environment: harness.environment,
             map: &map,
             occlusion: &occlusion,
-            normals: &normals,
-            positions: Some(&positions),
         };
         pass.prepare(device, queue, &frame).unwrap();
         let view = target.create_view(&Default::default());
         let mut encoder = device.create_command_encoder(&Default::default());
         let mut render_pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("test"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
-                    store: wgpu::StoreOp::Store,
-                },
-            })],
+            color_attachments: &[attachment(&view, wgpu::LoadOp::Clear(wgpu::Color::BLACK))],
             ..Default::default()
         });
         pass.draw(&mut render_pass);
@@ -548,8 +543,11 @@ fn images_of_the_pass_match_the_cpu_twin() {
             assert!(worst <= tolerance, "{reflection:?}: {worst}");
         }
         let from_depth = EnvironmentPassDescriptor {
-            positions: Positions::Depth,
-            normals: Normals::Unsigned,
+            gbuffer: GBufferFormat {
+                positions: Positions::Depth,
+                normals: Normals::Unsigned,
+                ..world_and_signed()
+            },
             ..descriptor(Reflection::Glossy)
         };
         // A depth step is 2e-5 of a unit here, negligible for a viewer four units away.
@@ -578,37 +576,47 @@ fn unsuitable_descriptors_and_frames_are_rejected() {
         let refusal = EnvironmentPass::new(device, descriptor).unwrap_err();
         assert!(matches!(refusal, EnvironmentPassError::Target { .. }));
     }
-    let view = gpu.texture(SIZE, wgpu::TextureFormat::Rgba32Float, &[0; 128 * 96 * 16]);
+    let view = gpu.upload(SIZE, wgpu::TextureFormat::Rgba32Float, &[0; 128 * 96 * 16]);
     let map = EnvironmentTexture::new(device, queue, &sky(), "sky");
     let frame = EnvironmentFrame {
-        clip_from_world: [[0.0; 4]; 4],
+        gbuffer: GBufferViews {
+            clip_from_world: [[0.0; 4]; 4],
+            positions: &view,
+            normals: Some(&view),
+            receivers: None,
+        },
         eye: [0.0, 1.0, 0.0, 1.0],
         lobe_half_angle: 0.3,
         environment: AogridEnvironment::new(Up::Y, 0.0),
         map: &map,
         occlusion: &view,
-        normals: &view,
-        positions: None,
     };
-    // Diffuse reflection needs neither positions nor a camera.
+    // Diffuse reflection needs no camera.
     let mut diffuse = EnvironmentPass::new(device, descriptor(Reflection::Lambertian)).unwrap();
     diffuse.prepare(device, queue, &frame).unwrap();
     let from_depth = EnvironmentPassDescriptor {
-        positions: Positions::Depth,
+        gbuffer: GBufferFormat {
+            positions: Positions::Depth,
+            ..world_and_signed()
+        },
         ..descriptor(Reflection::Glossy)
     };
     let mut pass = EnvironmentPass::new(device, from_depth).unwrap();
     let mut prepare = |frame| pass.prepare(device, queue, &frame).unwrap_err();
-    assert_eq!(prepare(frame), EnvironmentFrameError::Missing("positions"));
-    let whole = EnvironmentFrame {
-        positions: Some(&view),
+    assert_eq!(prepare(frame), GBufferError::Camera.into());
+    let no_normals = EnvironmentFrame {
+        gbuffer: GBufferViews {
+            normals: None,
+            ..frame.gbuffer
+        },
         ..frame
     };
-    assert_eq!(prepare(whole), EnvironmentFrameError::Camera);
+    let missing = GBufferError::Missing("normals");
+    assert_eq!(prepare(no_normals), missing.into());
     for lobe_half_angle in [0.0, -1.0, FRAC_PI_2 + 1e-3, f32::NAN] {
         let refusal = prepare(EnvironmentFrame {
             lobe_half_angle,
-            ..whole
+            ..frame
         });
         assert!(matches!(refusal, EnvironmentFrameError::Lobe(_)));
     }

@@ -2,8 +2,8 @@ use aogrid_grid_format::{Encoding, Grid, TexelFormat};
 use aogrid_runtime::shading::*;
 use aogrid_runtime::{AogridOccluder, CpuTexture, GridTexture, Instance, tables, wgsl};
 
-use crate::gpu::{Gpu, gpu};
 use crate::grids::{ball, faded_ball, spec};
+use aogrid_gpu_support::{Gpu, gpu};
 
 /// The kernel that calls the library's functions, one input per thread: position and normal, or the
 /// arguments of the function in x and y.

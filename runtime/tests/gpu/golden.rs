@@ -1,11 +1,11 @@
 use std::path::{Path, PathBuf};
 
-use aogrid_runtime::{Mode, OcclusionPassDescriptor, Receivers};
+use aogrid_runtime::{GBufferFormat, Mode, OcclusionPassDescriptor, Receivers};
 use image::GrayImage;
 
-use crate::gpu::gpu;
-use crate::raster::{Scene, descriptor, faded};
+use crate::raster::{Scene, descriptor, faded, world_and_signed};
 use crate::scene::{SIZE, orthographic, perspective};
+use aogrid_gpu_support::gpu;
 
 /// The largest allowed difference, in levels of 255. Rounding to bytes gives half a level on either
 /// side; transmittances add none, since they agree to 1e-5 wherever they are computed.
@@ -62,7 +62,10 @@ fn images_match_the_golden_images() {
         if let Some(gpu) = &gpu {
             let descriptor = OcclusionPassDescriptor {
                 mode,
-                receivers: Receivers::Ids,
+                gbuffer: GBufferFormat {
+                    receivers: Receivers::Ids,
+                    ..world_and_signed()
+                },
                 ..descriptor()
             };
             compare(name, &scene.transmittances(gpu, descriptor));

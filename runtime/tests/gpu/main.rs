@@ -18,8 +18,6 @@ mod raster;
 /// The tiled pass against the raster pass and the CPU twin.
 mod tiled;
 
-/// Adapters, buffers and images.
-mod gpu;
 /// Grids with a known answer in every cell.
 mod grids;
 /// Scenes of several occluders, shaded by every pass.

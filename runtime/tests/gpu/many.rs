@@ -1,15 +1,16 @@
-use aogrid_grid_format::{Encoding, Grid, TexelFormat};
+use aogrid_grid_format::{Grid, TexelFormat};
 use aogrid_runtime::shading::*;
 use aogrid_runtime::{
-    AogridOccluder, Combine, CpuTexture, DepthTest, Frame, GridAtlas, GridTexture, Instance,
-    MergePass, MergePassDescriptor, Mode, Normals, Output, Positions, Receivers, TiledFrame,
+    AogridOccluder, Combine, CpuTexture, DepthTest, Frame, GBufferFormat, GBufferViews, GridAtlas,
+    GridTexture, Instance, MergePass, MergePassDescriptor, Mode, Output, Positions, TiledFrame,
     TiledPass, TiledPassDescriptor,
 };
 use glam::Mat4;
 
-use crate::gpu::Gpu;
 use crate::grids::{faded_ball_in, other_spec, spec};
+use crate::raster::world_and_signed;
 use crate::scene::{GBuffer, gbuffer_of, surfaces, transforms};
+use aogrid_gpu_support::Gpu;
 
 /// A scene of occluders with several grids, over a G-buffer.
 pub struct ManyOccluders {
@@ -33,10 +34,7 @@ pub fn merge_descriptor() -> MergePassDescriptor {
     MergePassDescriptor {
         label: "test".into(),
         format: wgpu::TextureFormat::Rgba32Float,
-        positions: Positions::World,
-        normals: Normals::Signed,
-        receivers: Receivers::None,
-        depth: None,
+        gbuffer: world_and_signed(),
         front_face: wgpu::FrontFace::Ccw,
     }
 }
@@ -48,10 +46,7 @@ pub fn tiled_descriptor() -> TiledPassDescriptor {
         combine: Combine::Merge,
         output: Output::TransmittanceAndAxis,
         target: wgpu::TextureFormat::Rgba32Float,
-        positions: Positions::World,
-        normals: Normals::Signed,
-        receivers: Receivers::None,
-        encoding: Encoding::Cone,
+        gbuffer: world_and_signed(),
     }
 }
 
@@ -76,7 +71,7 @@ impl ManyOccluders {
     pub fn views(&self, gpu: &Gpu) -> Views {
         use wgpu::TextureFormat::{R32Float, Rg32Uint, Rgba32Float};
         let buffer = &self.buffer;
-        let texture = |format, texels| gpu.texture(self.size, format, texels);
+        let texture = |format, texels| gpu.upload(self.size, format, texels);
         Views {
             positions: texture(Rgba32Float, bytemuck::cast_slice(&buffer.positions)),
             depths: texture(R32Float, bytemuck::cast_slice(&buffer.depths)),
@@ -97,14 +92,11 @@ impl ManyOccluders {
         let occluders: Vec<_> = occluders.map(|(grid, i)| (&grids[*grid], *i)).collect();
         let mut pass = MergePass::new(device, queue, descriptor.clone()).unwrap();
         let frame = Frame {
-            clip_from_world: self.camera.to_cols_array_2d(),
-            positions: views.positions(descriptor.positions),
-            normals: Some(&views.normals),
-            receivers: Some(&views.receivers),
+            gbuffer: views.gbuffer(self.camera, &descriptor.gbuffer),
             occluders: &occluders,
         };
         pass.prepare(device, queue, &frame).unwrap();
-        let depth = descriptor.depth.map(|test| self.depth(gpu, test));
+        let depth = descriptor.gbuffer.depth.map(|test| self.depth(gpu, test));
         let mut encoder = device.create_command_encoder(&Default::default());
         pass.record(&mut encoder, depth.as_ref());
         queue.submit([encoder.finish()]);
@@ -138,10 +130,7 @@ impl ManyOccluders {
         let grids: Vec<_> = self.grids.iter().collect();
         let atlas = GridAtlas::new(device, queue, &grids, "balls").unwrap();
         let frame = TiledFrame {
-            clip_from_world: self.camera.to_cols_array_2d(),
-            positions: views.positions(descriptor.positions),
-            normals: Some(&views.normals),
-            receivers: Some(&views.receivers),
+            gbuffer: views.gbuffer(self.camera, &descriptor.gbuffer),
             atlas: &atlas,
             occluders: &self.occluders,
             target: &target.create_view(&Default::default()),
@@ -186,10 +175,16 @@ impl ManyOccluders {
 }
 
 impl Views {
-    pub fn positions(&self, positions: Positions) -> &wgpu::TextureView {
-        match positions {
-            Positions::World => &self.positions,
-            Positions::Depth => &self.depths,
+    /// Returns the views of a frame in a format.
+    pub fn gbuffer(&self, camera: Mat4, format: &GBufferFormat) -> GBufferViews<'_> {
+        GBufferViews {
+            clip_from_world: camera.to_cols_array_2d(),
+            positions: match format.positions {
+                Positions::World => &self.positions,
+                Positions::Depth => &self.depths,
+            },
+            normals: Some(&self.normals),
+            receivers: Some(&self.receivers),
         }
     }
 }

@@ -1,15 +1,16 @@
 use aogrid_grid_format::{Encoding, TexelFormat};
 use aogrid_runtime::{
-    Combine, DepthTest, Frame, GridTexture, Instance, MergePass, MergePassDescriptor, PassError,
-    Positions, PrepareError, Receivers,
+    Combine, DepthTest, Frame, GBufferFormat, GridTexture, Instance, MergePass,
+    MergePassDescriptor, PassError, Positions, PrepareError, Receivers,
 };
 
-use crate::gpu::{Gpu, gpu, gpu_with};
 use crate::grids::ball;
 use crate::many::{
     ManyOccluders, halves, max_difference, merge_descriptor, tiled_descriptor, vectors,
 };
+use crate::raster::world_and_signed;
 use crate::scene::{SIZE, orthographic, perspective, reversed};
+use aogrid_gpu_support::{Gpu, gpu, gpu_with};
 
 /// The error of one merge on floats: an angle computed from its cosine near 0, √(2ε) for a few
 /// roundings ε = 1e-6, times 1/π of AO per radian. Axes next to f's jump turn by less.
@@ -113,7 +114,10 @@ fn ids_layers_strength_and_exclusion_match_the_cpu_twin() {
     many.occluders[2].1.excluded[0] = 3;
     many.occluders[2].1.excluded[1] = 2;
     let with_ids = MergePassDescriptor {
-        receivers: Receivers::IdsAndLayers,
+        gbuffer: GBufferFormat {
+            receivers: Receivers::IdsAndLayers,
+            ..world_and_signed()
+        },
         ..merge_descriptor()
     };
     let found = vectors(&many.merge(&gpu, &with_ids));
@@ -132,15 +136,21 @@ fn a_depth_test_does_not_change_the_image_and_depths_serve_as_positions() {
         let many = ManyOccluders::new(SIZE, camera);
         let without = many.merge(&gpu, &merge_descriptor());
         let with = MergePassDescriptor {
-            depth: Some(DepthTest {
-                format: wgpu::TextureFormat::Depth32Float,
-                compare,
-            }),
+            gbuffer: GBufferFormat {
+                depth: Some(DepthTest {
+                    format: wgpu::TextureFormat::Depth32Float,
+                    compare,
+                }),
+                ..world_and_signed()
+            },
             ..merge_descriptor()
         };
         assert!(many.merge(&gpu, &with) == without);
         let from_depth = MergePassDescriptor {
-            positions: Positions::Depth,
+            gbuffer: GBufferFormat {
+                positions: Positions::Depth,
+                ..world_and_signed()
+            },
             ..merge_descriptor()
         };
         let found = vectors(&many.merge(&gpu, &from_depth));
@@ -184,14 +194,11 @@ fn unsuitable_descriptors_and_frames_are_rejected() {
     let views = many.views(&gpu);
     let occluders = [(&grid, many.occluders[0].1)];
     let frame = Frame {
-        clip_from_world: perspective().to_cols_array_2d(),
-        positions: &views.positions,
-        normals: Some(&views.normals),
-        receivers: None,
+        gbuffer: views.gbuffer(perspective(), &world_and_signed()),
         occluders: &occluders,
     };
     let refusal = pass.prepare(device, queue, &frame).unwrap_err();
-    assert_eq!(refusal, PrepareError::Encoding(0));
+    assert_eq!(refusal, PrepareError::NoCones(0));
     // Nothing was prepared: nothing is recorded, and there is no result.
     let mut encoder = device.create_command_encoder(&Default::default());
     pass.record(&mut encoder, None);

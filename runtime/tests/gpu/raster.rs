@@ -1,18 +1,19 @@
 use aogrid_grid_format::{Encoding, Grid, TexelFormat};
 use aogrid_runtime::shading::*;
 use aogrid_runtime::{
-    AogridOccluder, CpuTexture, DepthTest, Frame, GridTexture, Instance, Mode, Normals,
-    OcclusionPass, OcclusionPassDescriptor, Output, PassError, Positions, PrepareError, Receivers,
+    AogridOccluder, CpuTexture, DepthTest, Frame, GBufferError, GBufferFormat, GBufferViews,
+    GridTexture, Instance, Mode, Normals, OcclusionPass, OcclusionPassDescriptor, Output,
+    PassError, Positions, PrepareError, Receivers,
 };
 use glam::camera::rh::{proj, view};
 use glam::{Mat4, Vec3};
 
-use crate::gpu::{Gpu, gpu, gpu_with};
 use crate::grids::{ball, faded_ball};
 use crate::scene::{
     GBuffer, SIZE, Shape, Surface, gbuffer, orthographic, perspective, reversed, surfaces,
     transforms,
 };
+use aogrid_gpu_support::{Gpu, attachment, gpu, gpu_with, read_only_depth};
 
 /// The error of one occluder with a float grid and a 32-bit float target: a few roundings in
 /// positions of a few units, which T_clip amplifies fourfold.
@@ -22,6 +23,16 @@ const ERROR_PER_OCCLUDER: f32 = 1e-5;
 /// half floats.
 const HALF_ROUNDING: f32 = 1.0 / 2048.0;
 
+/// Returns the G-buffer format that the tests vary.
+pub fn world_and_signed() -> GBufferFormat {
+    GBufferFormat {
+        positions: Positions::World,
+        normals: Normals::Signed,
+        receivers: Receivers::None,
+        depth: None,
+    }
+}
+
 /// Returns the descriptor that the tests of this module vary.
 pub fn descriptor() -> OcclusionPassDescriptor {
     OcclusionPassDescriptor {
@@ -29,12 +40,8 @@ pub fn descriptor() -> OcclusionPassDescriptor {
         mode: Mode::Cone,
         output: Output::Transmittance,
         target: wgpu::TextureFormat::R32Float,
-        positions: Positions::World,
-        normals: Normals::Signed,
-        receivers: Receivers::None,
-        depth: None,
+        gbuffer: world_and_signed(),
         front_face: wgpu::FrontFace::Ccw,
-        encoding: Encoding::Cone,
     }
 }
 
@@ -59,59 +66,56 @@ impl Scene {
     }
 
     /// Returns the texels of the target after the pass.
-    fn draw(&self, gpu: &Gpu, descriptor: OcclusionPassDescriptor) -> Vec<u8> {
+    fn texels(&self, gpu: &Gpu, descriptor: OcclusionPassDescriptor) -> Vec<u8> {
+        let grid = GridTexture::new(&gpu.device, &gpu.queue, &self.grid, "ball").unwrap();
+        let occluders: Vec<_> = self.instances.iter().map(|i| (&grid, *i)).collect();
+        self.draw(gpu, descriptor, &occluders)
+    }
+
+    /// Returns the texels of the target after the pass has drawn these occluders.
+    fn draw(
+        &self,
+        gpu: &Gpu,
+        descriptor: OcclusionPassDescriptor,
+        occluders: &[(&GridTexture, Instance)],
+    ) -> Vec<u8> {
         let Gpu { device, queue, .. } = gpu;
         let target = gpu.target(SIZE, descriptor.target);
-        let depth = descriptor.depth.map(|_| self.depth(gpu));
+        let depth = descriptor.gbuffer.depth.map(|_| self.depth(gpu));
         let mut pass = OcclusionPass::new(device, queue, descriptor.clone()).unwrap();
-        let grid = GridTexture::new(device, queue, &self.grid, "ball").unwrap();
-        let occluders: Vec<_> = self.instances.iter().map(|i| (&grid, *i)).collect();
         let floats = wgpu::TextureFormat::Rgba32Float;
-        let positions = match descriptor.positions {
+        let positions = match descriptor.gbuffer.positions {
             Positions::World => {
-                gpu.texture(SIZE, floats, bytemuck::cast_slice(&self.buffer.positions))
+                gpu.upload(SIZE, floats, bytemuck::cast_slice(&self.buffer.positions))
             }
-            Positions::Depth => gpu.texture(
+            Positions::Depth => gpu.upload(
                 SIZE,
                 wgpu::TextureFormat::R32Float,
                 bytemuck::cast_slice(&self.buffer.depths),
             ),
         };
-        let normals = gpu.texture(SIZE, floats, bytemuck::cast_slice(&self.buffer.normals));
-        let receivers = gpu.texture(
+        let normals = gpu.upload(SIZE, floats, bytemuck::cast_slice(&self.buffer.normals));
+        let receivers = gpu.upload(
             SIZE,
             wgpu::TextureFormat::Rg32Uint,
             bytemuck::cast_slice(&self.buffer.receivers),
         );
         let frame = Frame {
-            clip_from_world: self.camera.to_cols_array_2d(),
-            positions: &positions,
-            normals: Some(&normals),
-            receivers: Some(&receivers),
-            occluders: &occluders,
+            gbuffer: GBufferViews {
+                clip_from_world: self.camera.to_cols_array_2d(),
+                positions: &positions,
+                normals: Some(&normals),
+                receivers: Some(&receivers),
+            },
+            occluders,
         };
         pass.prepare(device, queue, &frame).unwrap();
         let view = target.create_view(&Default::default());
         let mut encoder = device.create_command_encoder(&Default::default());
         let mut render_pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("test"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(pass.clear_color()),
-                    store: wgpu::StoreOp::Store,
-                },
-            })],
-            // Read only: no operations.
-            depth_stencil_attachment: depth.as_ref().map(|view| {
-                wgpu::RenderPassDepthStencilAttachment {
-                    view,
-                    depth_ops: None,
-                    stencil_ops: None,
-                }
-            }),
+            color_attachments: &[attachment(&view, wgpu::LoadOp::Clear(pass.clear_color()))],
+            depth_stencil_attachment: depth.as_ref().map(read_only_depth),
             ..Default::default()
         });
         pass.draw(&mut render_pass);
@@ -121,7 +125,7 @@ impl Scene {
     }
 
     pub fn transmittances(&self, gpu: &Gpu, descriptor: OcclusionPassDescriptor) -> Vec<f32> {
-        bytemuck::pod_collect_to_vec(&self.draw(gpu, descriptor))
+        bytemuck::pod_collect_to_vec(&self.texels(gpu, descriptor))
     }
 
     /// Returns the depths in a depth texture. They are drawn, since copies may not write one.
@@ -216,7 +220,10 @@ fn positions_from_depth_shade_like_world_positions() {
     for camera in [perspective(), reversed(), orthographic()] {
         let scene = Scene::new(camera, faded());
         let from_depth = OcclusionPassDescriptor {
-            positions: Positions::Depth,
+            gbuffer: GBufferFormat {
+                positions: Positions::Depth,
+                ..world_and_signed()
+            },
             ..descriptor()
         };
         let found = scene.transmittances(&gpu, from_depth);
@@ -246,10 +253,13 @@ fn a_depth_test_does_not_change_the_image() {
         let scene = Scene::new(camera, faded());
         let without = scene.transmittances(&gpu, descriptor());
         let with = OcclusionPassDescriptor {
-            depth: Some(DepthTest {
-                format: wgpu::TextureFormat::Depth32Float,
-                compare,
-            }),
+            gbuffer: GBufferFormat {
+                depth: Some(DepthTest {
+                    format: wgpu::TextureFormat::Depth32Float,
+                    compare,
+                }),
+                ..world_and_signed()
+            },
             ..descriptor()
         };
         let with = scene.transmittances(&gpu, with);
@@ -287,7 +297,10 @@ fn ids_layers_strength_and_exclusion_match_the_cpu_twin() {
         scene.instances[2].excluded[1] = 2;
         let with_ids = OcclusionPassDescriptor {
             mode,
-            receivers: Receivers::IdsAndLayers,
+            gbuffer: GBufferFormat {
+                receivers: Receivers::IdsAndLayers,
+                ..world_and_signed()
+            },
             ..descriptor()
         };
         let found = scene.transmittances(&gpu, with_ids);
@@ -302,6 +315,26 @@ fn ids_layers_strength_and_exclusion_match_the_cpu_twin() {
 }
 
 #[test]
+fn grids_of_both_encodings_share_a_frame() {
+    let Some(gpu) = gpu() else { return };
+    let Gpu { device, queue, .. } = &gpu;
+    let scene = Scene::new(perspective(), ball(Encoding::Cone, TexelFormat::F32));
+    let descriptor = OcclusionPassDescriptor {
+        mode: Mode::Occlusion,
+        ..descriptor()
+    };
+    let expected = scene.transmittances(&gpu, descriptor.clone());
+    // The same values, in a grid without axes for every second occluder.
+    let grids = [Encoding::Cone, Encoding::Occlusion].map(|encoding| {
+        let grid = ball(encoding, TexelFormat::F32);
+        GridTexture::new(device, queue, &grid, "ball").unwrap()
+    });
+    let occluders = grids.iter().cycle().zip(scene.instances.iter().copied());
+    let found = scene.draw(&gpu, descriptor, &occluders.collect::<Vec<_>>());
+    assert!(bytemuck::pod_collect_to_vec::<u8, f32>(&found) == expected);
+}
+
+#[test]
 fn axes_add_up_while_transmittances_multiply() {
     let Some(gpu) = gpu() else { return };
     let scene = Scene::new(perspective(), faded());
@@ -310,7 +343,7 @@ fn axes_add_up_while_transmittances_multiply() {
         target: wgpu::TextureFormat::Rgba32Float,
         ..descriptor()
     };
-    let found: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&scene.draw(&gpu, with_axis));
+    let found: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&scene.texels(&gpu, with_axis));
     let clip = CpuTexture::clip_table();
     let texture = CpuTexture::of_grid(&scene.grid);
     let mut longest = 0.0_f32;
@@ -357,7 +390,7 @@ fn many_occluders_need_a_target_wider_than_eight_bits() {
         target: wgpu::TextureFormat::R16Float,
         ..descriptor()
     };
-    let halves: Vec<u16> = bytemuck::pod_collect_to_vec(&scene.draw(&gpu, halves));
+    let halves: Vec<u16> = bytemuck::pod_collect_to_vec(&scene.texels(&gpu, halves));
     let halves: Vec<_> = halves
         .iter()
         .map(|h| half::f16::from_bits(*h).to_f32())
@@ -369,7 +402,7 @@ fn many_occluders_need_a_target_wider_than_eight_bits() {
         target: wgpu::TextureFormat::Rgba8Unorm,
         ..descriptor()
     };
-    let bytes = scene.draw(&gpu, bytes);
+    let bytes = scene.texels(&gpu, bytes);
     let bytes: Vec<_> = bytes
         .iter()
         .step_by(4)
@@ -386,11 +419,6 @@ fn unsuitable_descriptors_and_frames_are_rejected() {
     let Some(gpu) = gpu() else { return };
     let Gpu { device, queue, .. } = &gpu;
     let refusal = |descriptor| OcclusionPass::new(device, queue, descriptor).unwrap_err();
-    let plain = OcclusionPassDescriptor {
-        encoding: Encoding::Occlusion,
-        ..descriptor()
-    };
-    assert_eq!(refusal(plain), PassError::NoCones);
     let axis = OcclusionPassDescriptor {
         mode: Mode::Occlusion,
         output: Output::TransmittanceAndAxis,
@@ -414,27 +442,32 @@ fn unsuitable_descriptors_and_frames_are_rejected() {
     let mut pass = OcclusionPass::new(device, queue, descriptor()).unwrap();
     let grid = ball(Encoding::Occlusion, TexelFormat::Unorm8);
     let grid = GridTexture::new(device, queue, &grid, "ball").unwrap();
-    let view = gpu.texture(SIZE, wgpu::TextureFormat::R32Float, &[0; 128 * 96 * 4]);
+    let view = gpu.upload(SIZE, wgpu::TextureFormat::R32Float, &[0; 128 * 96 * 4]);
     let occluders = [(&grid, Instance::at(Mat4::IDENTITY.to_cols_array_2d()))];
-    let frame = Frame {
+    let views = GBufferViews {
         clip_from_world: perspective().to_cols_array_2d(),
         positions: &view,
         normals: None,
         receivers: None,
-        occluders: &occluders,
     };
-    let mut prepare = |frame| pass.prepare(device, queue, &frame).unwrap_err();
-    assert_eq!(prepare(frame), PrepareError::Missing("normals"));
-    let with_normals = Frame {
+    let mut prepare = |gbuffer| {
+        let frame = Frame {
+            gbuffer,
+            occluders: &occluders,
+        };
+        pass.prepare(device, queue, &frame).unwrap_err()
+    };
+    assert_eq!(prepare(views), GBufferError::Missing("normals").into());
+    let with_normals = GBufferViews {
         normals: Some(&view),
-        ..frame
+        ..views
     };
-    assert_eq!(prepare(with_normals), PrepareError::Encoding(0));
-    let flat = Frame {
+    assert_eq!(prepare(with_normals), PrepareError::NoCones(0));
+    let flat = GBufferViews {
         clip_from_world: [[0.0; 4]; 4],
         ..with_normals
     };
-    assert_eq!(prepare(flat), PrepareError::Camera);
+    assert_eq!(prepare(flat), GBufferError::Camera.into());
 }
 
 /// Returns a ball close behind a wall that faces the camera (JGT, 3.2).

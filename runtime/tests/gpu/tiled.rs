@@ -1,17 +1,17 @@
 use aogrid_grid_format::{Encoding, TexelFormat};
 use aogrid_runtime::{
-    AOGRID_LIST_ALL_DEPTHS, AOGRID_LIST_OPAQUE, Combine, GridAtlas, GridAtlasError, Instance, Mode,
-    Output, PassError, Positions, PrepareError, Receivers, TiledFrame, TiledPass,
-    TiledPassDescriptor, wgsl,
+    AOGRID_LIST_ALL_DEPTHS, AOGRID_LIST_OPAQUE, Combine, GBufferError, GBufferFormat, GBufferViews,
+    GridAtlas, GridAtlasError, Instance, Mode, Output, PassError, Positions, PrepareError,
+    Receivers, TiledFrame, TiledPass, TiledPassDescriptor, wgsl,
 };
 use glam::{EulerRot, Mat4, Quat, Vec3};
 
-use crate::gpu::{Gpu, gpu};
 use crate::grids::{ball, ball_in, other_spec, spec};
 use crate::many::{ManyOccluders, halves, max_difference, tiled_descriptor, vectors};
 use crate::merge::ERROR_PER_MERGE;
 use crate::raster;
 use crate::scene::{SIZE, orthographic, perspective, reversed};
+use aogrid_gpu_support::{Gpu, gpu};
 
 /// An image size that is no multiple of the tile size.
 const UNALIGNED_SIZE: [u32; 2] = [117, 93];
@@ -114,7 +114,10 @@ fn ids_layers_strength_and_exclusion_match_the_cpu_twin() {
     many.occluders[1].1.layers = 2;
     many.occluders[2].1.excluded = [3, 2, u32::MAX, u32::MAX];
     let with_ids = TiledPassDescriptor {
-        receivers: Receivers::IdsAndLayers,
+        gbuffer: GBufferFormat {
+            receivers: Receivers::IdsAndLayers,
+            ..raster::world_and_signed()
+        },
         ..tiled_descriptor()
     };
     let found = vectors(&many.tiled(&gpu, &with_ids));
@@ -131,7 +134,10 @@ fn depths_serve_as_positions_and_cleared_depths_as_background() {
             *depth = if depth.is_nan() { cleared } else { *depth };
         }
         let from_depth = TiledPassDescriptor {
-            positions: Positions::Depth,
+            gbuffer: GBufferFormat {
+                positions: Positions::Depth,
+                ..raster::world_and_signed()
+            },
             ..multiplied()
         };
         let found = vectors(&many.tiled(&gpu, &from_depth));
@@ -383,11 +389,6 @@ fn unsuitable_descriptors_and_frames_are_rejected() {
     let Some(gpu) = gpu() else { return };
     let Gpu { device, queue, .. } = &gpu;
     let refusal = |descriptor| TiledPass::new(device, queue, descriptor).unwrap_err();
-    let no_cones = TiledPassDescriptor {
-        encoding: Encoding::Occlusion,
-        ..tiled_descriptor()
-    };
-    assert_eq!(refusal(no_cones), PassError::NoCones);
     let no_axis = TiledPassDescriptor {
         mode: Mode::Occlusion,
         ..tiled_descriptor()
@@ -427,12 +428,9 @@ fn unsuitable_descriptors_and_frames_are_rejected() {
         .storage_target([16, 16], format)
         .create_view(&Default::default());
     let mut pass = TiledPass::new(device, queue, tiled_descriptor()).unwrap();
-    let crowd = vec![many.occluders[0]; TiledPass::MOST_OCCLUDERS + 1];
+    let crowd = vec![many.occluders[0]; TiledPass::MAX_OCCLUDERS + 1];
     let frame = TiledFrame {
-        clip_from_world: perspective().to_cols_array_2d(),
-        positions: &views.positions,
-        normals: Some(&views.normals),
-        receivers: None,
+        gbuffer: views.gbuffer(perspective(), &raster::world_and_signed()),
         atlas: &cones,
         occluders: &many.occluders[..1],
         target: &target,
@@ -457,7 +455,7 @@ fn unsuitable_descriptors_and_frames_are_rejected() {
                 atlas: &plain,
                 ..frame
             },
-            PrepareError::Encoding(0),
+            PrepareError::NoCones(0),
         ),
         (
             TiledFrame {
@@ -468,10 +466,13 @@ fn unsuitable_descriptors_and_frames_are_rejected() {
         ),
         (
             TiledFrame {
-                normals: None,
+                gbuffer: GBufferViews {
+                    normals: None,
+                    ..frame.gbuffer
+                },
                 ..frame
             },
-            PrepareError::Missing("normals"),
+            GBufferError::Missing("normals").into(),
         ),
     ];
     for (frame, expected) in cases {

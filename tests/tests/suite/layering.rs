@@ -5,7 +5,7 @@ use serde_json::Value;
 use crate::cargo::{self, text};
 
 /// The crates of ours that each may use; those not named may use all.
-const ALLOWED: [(&str, &[&str]); 8] = [
+const ALLOWED: [(&str, &[&str]); 9] = [
     ("aogrid-grid-format", &[]),
     ("aogrid-tables", &[]),
     ("aogrid-bake-core", &["aogrid-grid-format"]),
@@ -38,11 +38,12 @@ const ALLOWED: [(&str, &[&str]); 8] = [
             "aogrid-scene",
         ],
     ),
+    ("aogrid-gpu-support", &[]),
 ];
 
 /// Crates without a rule of their own. No other may depend on the commands for developers, not even
 /// in tests, and only tests on what tests share.
-const ON_TOP: [&str; 2] = ["xtask", "aogrid-tests"];
+const ON_TOP: [&str; 3] = ["xtask", "aogrid-tests", "aogrid-drag"];
 
 /// Our crates and which of ours each depends on, outside tests and in tests.
 fn arrows() -> BTreeMap<String, [BTreeSet<String>; 2]> {

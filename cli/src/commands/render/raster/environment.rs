@@ -5,8 +5,8 @@
 use anyhow::Context as _;
 use aogrid_baker_gpu::Context;
 use aogrid_runtime::{
-    EnvironmentFrame, EnvironmentPass, EnvironmentPassDescriptor, EnvironmentTexture, Normals,
-    Output, Positions, Reflection, wgpu,
+    EnvironmentFrame, EnvironmentPass, EnvironmentPassDescriptor, EnvironmentTexture, Output,
+    Reflection, wgpu,
 };
 use wgpu::{TextureFormat, TextureUsages};
 
@@ -14,7 +14,7 @@ use super::super::casters::GridShading;
 use super::super::environment::{EnvironmentLight, check};
 use super::super::{Job, Shaded, glossy};
 use super::textures::{cleared_attachment, create_texture, read_back, upload};
-use super::{Picture, catch_out_of_memory};
+use super::{FORMAT, Picture, catch_out_of_memory};
 use aogrid_scene::{Camera, Projection};
 
 const LIGHT: TextureFormat = TextureFormat::Rgba32Float;
@@ -104,14 +104,12 @@ impl Picture<'_> {
         let (device, queue) = (self.gpu.device(), self.gpu.queue());
         let camera = self.job.scene.camera.as_ref();
         let frame = EnvironmentFrame {
-            clip_from_world: self.clip_from_world()?,
+            gbuffer: self.gbuffer()?,
             eye: eye(camera.context("a picture needs a camera")?),
             lobe_half_angle: 0.0,
             environment: environment_light.environment,
             map: &EnvironmentTexture::new(device, queue, &environment_light.map, "environment"),
             occlusion: &occlusion.create_view(&Default::default()),
-            normals: &self.views.normals,
-            positions: Some(&self.views.positions),
         };
         let mut passes = vec![self.reflection_pass(Reflection::Lambertian, &frame)?];
         for half_angle in lobes {
@@ -136,8 +134,7 @@ impl Picture<'_> {
             target: LIGHT,
             blend: None,
             depth_stencil: Some(stencil_equals_reference()),
-            positions: Positions::World,
-            normals: Normals::Signed,
+            gbuffer: FORMAT,
         };
         let mut pass = EnvironmentPass::new(device, descriptor)?;
         pass.prepare(device, queue, frame)?;

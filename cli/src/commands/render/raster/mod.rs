@@ -10,10 +10,9 @@ use std::sync::Arc;
 
 use anyhow::{Context as _, bail, ensure};
 use aogrid_baker_gpu::Context;
-use aogrid_grid_format::Encoding;
 use aogrid_runtime::{
-    Frame, GridTexture, Instance, MergePass, MergePassDescriptor, Mode, Normals, OcclusionPass,
-    OcclusionPassDescriptor, Output, Positions, Receivers, wgpu,
+    Frame, GBufferFormat, GBufferViews, GridTexture, Instance, MergePass, MergePassDescriptor,
+    Mode, Normals, OcclusionPass, OcclusionPassDescriptor, Output, Positions, Receivers, wgpu,
 };
 use wgpu::{TextureFormat, TextureUsages};
 
@@ -35,6 +34,14 @@ struct Picture<'a> {
 /// Near and far plane of the projection. The values do not matter, since there is no depth test;
 /// the matrix must only be invertible.
 const CLIP_RANGE: [f64; 2] = [1.0, 2.0];
+
+/// The format of the uploaded G-buffer.
+const FORMAT: GBufferFormat = GBufferFormat {
+    positions: Positions::World,
+    normals: Normals::Signed,
+    receivers: Receivers::IdsAndLayers,
+    depth: None,
+};
 
 pub(super) fn shade(job: &Job<'_>, gpu: &Context, shading: GridShading) -> anyhow::Result<Shaded> {
     catch_out_of_memory(gpu, || {
@@ -102,55 +109,45 @@ impl<'a> Picture<'a> {
         let format = self.widest_format(output);
         let target = create_texture(self.gpu, "occlusion", self.size, format, usage);
         let view = target.create_view(&Default::default());
-        let passes = self.passes(shading, output)?;
+        let pass = self.occlusion_pass(shading, output)?;
         let mut encoder = self
             .gpu
             .device()
             .create_command_encoder(&Default::default());
         let mut render_pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("occlusion"),
-            color_attachments: &[Some(cleared_attachment(&view, clear_color(output)))],
+            color_attachments: &[Some(cleared_attachment(&view, pass.clear_color()))],
             ..Default::default()
         });
-        passes.iter().for_each(|pass| pass.draw(&mut render_pass));
+        pass.draw(&mut render_pass);
         drop(render_pass);
         Ok((encoder, target))
     }
 
-    /// Returns a pass for each encoding among the grids; the order does not matter since
-    /// multiplication commutes.
-    fn passes(&self, shading: GridShading, output: Output) -> anyhow::Result<Vec<OcclusionPass>> {
-        let mut passes = vec![];
-        for encoding in Encoding::ALL {
-            let occluders = self.occluders.iter();
-            let occluders: Vec<_> = occluders
-                .filter(|(grid, _)| grid.encoding() == encoding)
-                .map(|(grid, instance)| (grid, *instance))
-                .collect();
-            if occluders.is_empty() {
-                continue;
-            }
-            let descriptor = OcclusionPassDescriptor {
-                label: "render".into(),
-                mode: match shading {
-                    GridShading::Occlusion => Mode::Occlusion,
-                    GridShading::Cone | GridShading::Merge => Mode::Cone,
-                },
-                output,
-                target: self.widest_format(output),
-                positions: Positions::World,
-                normals: Normals::Signed,
-                receivers: Receivers::IdsAndLayers,
-                depth: None,
-                front_face: wgpu::FrontFace::Ccw,
-                encoding,
-            };
-            let (device, queue) = (self.gpu.device(), self.gpu.queue());
-            let mut pass = OcclusionPass::new(device, queue, descriptor)?;
-            pass.prepare(device, queue, &self.frame(&occluders)?)?;
-            passes.push(pass);
-        }
-        Ok(passes)
+    fn occlusion_pass(
+        &self,
+        shading: GridShading,
+        output: Output,
+    ) -> anyhow::Result<OcclusionPass> {
+        let occluders = self.occluders.iter();
+        let occluders: Vec<_> = occluders
+            .map(|(grid, instance)| (grid, *instance))
+            .collect();
+        let descriptor = OcclusionPassDescriptor {
+            label: "render".into(),
+            mode: match shading {
+                GridShading::Occlusion => Mode::Occlusion,
+                GridShading::Cone | GridShading::Merge => Mode::Cone,
+            },
+            output,
+            target: self.widest_format(output),
+            gbuffer: FORMAT,
+            front_face: wgpu::FrontFace::Ccw,
+        };
+        let (device, queue) = (self.gpu.device(), self.gpu.queue());
+        let mut pass = OcclusionPass::new(device, queue, descriptor)?;
+        pass.prepare(device, queue, &self.frame(&occluders)?)?;
+        Ok(pass)
     }
 
     /// Records all occluders, merged in the scene's order, and returns the commands and their
@@ -163,10 +160,7 @@ impl<'a> Picture<'a> {
         let descriptor = MergePassDescriptor {
             label: "render".into(),
             format: TextureFormat::Rgba32Float,
-            positions: Positions::World,
-            normals: Normals::Signed,
-            receivers: Receivers::IdsAndLayers,
-            depth: None,
+            gbuffer: FORMAT,
             front_face: wgpu::FrontFace::Ccw,
         };
         let (device, queue) = (self.gpu.device(), self.gpu.queue());
@@ -183,11 +177,17 @@ impl<'a> Picture<'a> {
         occluders: &'b [(&'b GridTexture, Instance)],
     ) -> anyhow::Result<Frame<'b>> {
         Ok(Frame {
+            gbuffer: self.gbuffer()?,
+            occluders,
+        })
+    }
+
+    fn gbuffer(&self) -> anyhow::Result<GBufferViews<'_>> {
+        Ok(GBufferViews {
             clip_from_world: self.clip_from_world()?,
             positions: &self.views.positions,
             normals: Some(&self.views.normals),
             receivers: Some(&self.views.receivers),
-            occluders,
         })
     }
 
@@ -209,14 +209,6 @@ impl<'a> Picture<'a> {
             (Output::TransmittanceAndAxis, true) => TextureFormat::Rgba32Float,
             (Output::TransmittanceAndAxis, false) => TextureFormat::Rgba16Float,
         }
-    }
-}
-
-/// Returns the clear color that stands for no occlusion.
-fn clear_color(output: Output) -> wgpu::Color {
-    match output {
-        Output::Transmittance => wgpu::Color::WHITE,
-        Output::TransmittanceAndAxis => wgpu::Color::BLACK,
     }
 }
 

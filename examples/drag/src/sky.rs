@@ -6,11 +6,11 @@ use std::f32::consts::{PI, TAU};
 
 use aogrid_runtime::{
     AogridEnvironment, EnvironmentFrame, EnvironmentMap, EnvironmentPass,
-    EnvironmentPassDescriptor, EnvironmentTexture, Normals, Positions, Reflection, Up,
+    EnvironmentPassDescriptor, EnvironmentTexture, GBufferViews, Reflection, Up,
 };
-use glam::{Mat4, Vec3};
+use glam::Vec3;
 
-use crate::targets::LIGHT;
+use crate::targets::{GBUFFER, LIGHT};
 
 /// The width and height of the map in texels.
 const SIZE: [usize; 2] = [128, 64];
@@ -35,8 +35,7 @@ impl Sky {
             target: LIGHT,
             blend: None,
             depth_stencil: None,
-            positions: Positions::World,
-            normals: Normals::Unsigned,
+            gbuffer: GBUFFER,
         };
         Ok(Self {
             map: EnvironmentTexture::new(device, queue, &map, "sky"),
@@ -50,19 +49,17 @@ impl Sky {
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
+        gbuffer: GBufferViews<'_>,
         occlusion: &wgpu::TextureView,
-        normals: &wgpu::TextureView,
     ) -> Result<(), Box<dyn Error>> {
         let frame = EnvironmentFrame {
-            // Only positions from depth and glossy reflection need the camera.
-            clip_from_world: Mat4::IDENTITY.to_cols_array_2d(),
+            gbuffer,
+            // Only glossy reflection needs the viewer and a lobe.
             eye: [0.0; 4],
             lobe_half_angle: 0.0,
             environment: AogridEnvironment::new(Up::Y, 0.0),
             map: &self.map,
             occlusion,
-            normals,
-            positions: None,
         };
         Ok(self.pass.prepare(device, queue, &frame)?)
     }

@@ -1,7 +1,7 @@
 //! Drag an object over a floor and watch its shadow follow.
 //!
 //! ```sh
-//! cargo run --release -p aogrid-runtime --example drag
+//! cargo run --release -p aogrid-drag
 //! ```
 //!
 //! Left button: drag the robot, for example to the table. Keys: 1 no occlusion, 2 scalar occlusion,

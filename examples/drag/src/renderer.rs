@@ -3,17 +3,17 @@
 use std::error::Error;
 use std::sync::Arc;
 
+use aogrid_gpu_support::{Gpu, attachment};
 use aogrid_runtime::Combine;
 use glam::camera::rh::{proj::directx, view};
 use glam::{Mat4, Vec3, Vec4};
-use wgpu::util::DeviceExt;
 use winit::window::Window;
 
 use crate::pipelines;
 use crate::scene::{FLOOR, TABLE, Vertex, models};
 use crate::shadows::{ALPHA_CHANNEL, Shading, ShadowResult, Shadows, View};
 use crate::sky::Sky;
-use crate::targets::{DEPTH, Targets, attachment, texture};
+use crate::targets::{GBUFFER, Targets};
 
 /// The uniform ambient light, used without a sky.
 const AMBIENT: wgpu::Color = wgpu::Color {
@@ -24,8 +24,7 @@ const AMBIENT: wgpu::Color = wgpu::Color {
 };
 
 pub struct Renderer {
-    device: wgpu::Device,
-    queue: wgpu::Queue,
+    gpu: Gpu,
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
     vertices: wgpu::Buffer,
@@ -53,8 +52,8 @@ impl Renderer {
             compatible_surface: Some(&surface),
             ..Default::default()
         }))?;
-        let device = adapter.request_device(&Default::default());
-        let (device, queue) = pollster::block_on(device)?;
+        let gpu = Gpu::on(&adapter, wgpu::Features::empty())?;
+        let Gpu { device, queue, .. } = &gpu;
         let [width, height] = size.map(|n| n.max(1));
         let config = surface.get_default_config(&adapter, width, height);
         let mut config = config.ok_or("this adapter cannot draw to the window")?;
@@ -63,10 +62,10 @@ impl Renderer {
         if surface.get_capabilities(&adapter).formats.contains(&plain) {
             config.format = plain;
         }
-        surface.configure(&device, &config);
+        surface.configure(device, &config);
 
         let module = device.create_shader_module(wgpu::include_wgsl!("drag.wgsl"));
-        let gbuffer = pipelines::gbuffer(&device, &module);
+        let gbuffer = pipelines::gbuffer(device, &module);
         let frame = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("frame"),
             size: 80,
@@ -83,34 +82,25 @@ impl Renderer {
         });
         let (vertices, grids) = models()?;
         Ok(Self {
-            vertices: device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("vertices"),
-                contents: bytemuck::cast_slice(&vertices),
-                usage: wgpu::BufferUsages::VERTEX,
-            }),
+            vertices: gpu.buffer(wgpu::BufferUsages::VERTEX, bytemuck::cast_slice(&vertices)),
             frame,
             frame_group,
             gbuffer,
-            compose: pipelines::composition(&device, &module, config.format),
-            to_screenshot: pipelines::composition(
-                &device,
-                &module,
-                wgpu::TextureFormat::Rgba8Unorm,
-            ),
+            compose: pipelines::composition(device, &module, config.format),
+            to_screenshot: pipelines::composition(device, &module, wgpu::TextureFormat::Rgba8Unorm),
             channel: device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("channel"),
                 size: 16,
                 usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             }),
-            shadows: Shadows::new(&device, &queue, &grids, DEPTH)?,
-            sky: Sky::new(&device, &queue)?,
-            targets: Targets::new(&device, [width, height]),
+            shadows: Shadows::new(device, queue, &grids, GBUFFER)?,
+            sky: Sky::new(device, queue)?,
+            targets: Targets::new(&gpu, [width, height]),
             object: Vec3::ZERO,
             shading: Shading::Cone(Combine::Multiply),
             has_sky: false,
-            device,
-            queue,
+            gpu,
             surface,
             config,
         })
@@ -118,8 +108,8 @@ impl Renderer {
 
     pub fn resize(&mut self, size: [u32; 2]) {
         [self.config.width, self.config.height] = size.map(|n| n.max(1));
-        self.surface.configure(&self.device, &self.config);
-        self.targets = Targets::new(&self.device, [self.config.width, self.config.height]);
+        self.surface.configure(&self.gpu.device, &self.config);
+        self.targets = Targets::new(&self.gpu, [self.config.width, self.config.height]);
     }
 
     /// Moves the object to the point on the floor under the cursor.
@@ -145,7 +135,7 @@ impl Renderer {
         let texture = match self.surface.get_current_texture() {
             Current::Success(texture) | Current::Suboptimal(texture) => texture,
             Current::Outdated | Current::Lost => {
-                self.surface.configure(&self.device, &self.config);
+                self.surface.configure(&self.gpu.device, &self.config);
                 return Ok(());
             }
             Current::Timeout | Current::Occluded => return Ok(()),
@@ -153,42 +143,18 @@ impl Renderer {
         };
         let view = texture.texture.create_view(&Default::default());
         self.draw_to(&view, &self.compose.clone())?;
-        self.device.poll(wgpu::PollType::wait_indefinitely())?;
-        self.queue.present(texture);
+        self.gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
+        self.gpu.queue.present(texture);
         Ok(())
     }
 
     /// Returns the scene as RGBA, 8 bits each, with its width and height.
     pub fn screenshot(&mut self) -> Result<(Vec<u8>, [u32; 2]), Box<dyn Error>> {
-        // Texture-to-buffer copies need rows of a multiple of 256 bytes, 64 pixels.
-        let width = self.config.width.next_multiple_of(64);
-        let height = self.config.height;
-        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
-        let size = [width, height];
-        self.targets = Targets::new(&self.device, size);
-        let picture = texture(&self.device, size, wgpu::TextureFormat::Rgba8Unorm, usage);
+        let size = [self.config.width, self.config.height];
+        let picture = self.gpu.target(size, wgpu::TextureFormat::Rgba8Unorm);
         let view = picture.create_view(&Default::default());
         self.draw_to(&view, &self.to_screenshot.clone())?;
-        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("screenshot"),
-            size: u64::from(4 * width * height),
-            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-            mapped_at_creation: false,
-        });
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        let layout = wgpu::TexelCopyBufferLayout {
-            bytes_per_row: Some(4 * width),
-            ..Default::default()
-        };
-        let rows = wgpu::TexelCopyBufferInfo {
-            buffer: &buffer,
-            layout,
-        };
-        encoder.copy_texture_to_buffer(picture.as_image_copy(), rows, picture.size());
-        self.queue.submit([encoder.finish()]);
-        buffer.map_async(wgpu::MapMode::Read, .., |_| {});
-        self.device.poll(wgpu::PollType::wait_indefinitely())?;
-        Ok((buffer.get_mapped_range(..)?.to_vec(), size))
+        Ok((self.gpu.read_texture(&picture), size))
     }
 
     fn draw_to(
@@ -199,7 +165,8 @@ impl Renderer {
         let clip_from_world = self.clip_from_world();
         let mut uniform = clip_from_world.to_cols_array().to_vec();
         uniform.extend(self.object.extend(0.0).to_array());
-        self.queue
+        self.gpu
+            .queue
             .write_buffer(&self.frame, 0, bytemuck::cast_slice(&uniform));
 
         // Once per frame: the transforms of both objects.
@@ -207,16 +174,13 @@ impl Renderer {
             [self.object, TABLE].map(|at| Mat4::from_translation(at).to_cols_array_2d());
         let targets = &self.targets;
         let shadows_view = View {
-            clip_from_world: clip_from_world.to_cols_array_2d(),
-            positions: &targets.positions,
-            normals: &targets.normals,
-            ids: &targets.ids,
+            gbuffer: targets.gbuffer(clip_from_world.to_cols_array_2d()),
             depth: &targets.depth,
             darkened: &targets.darkened,
             blended: &targets.blended,
             stored: &targets.stored,
         };
-        let (device, queue) = (&self.device, &self.queue);
+        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
         self.shadows.prepare(
             device,
             queue,
@@ -225,16 +189,17 @@ impl Renderer {
             &world_from_objects,
         )?;
 
-        let mut encoder = self.device.create_command_encoder(&Default::default());
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         self.draw_gbuffer(&mut encoder);
         let shadow = self
             .shadows
             .record(&mut encoder, self.shading, &shadows_view);
         let (transmittances, channel) = self.light(&mut encoder, shadow)?;
-        self.queue
+        self.gpu
+            .queue
             .write_buffer(&self.channel, 0, bytemuck::cast_slice(&channel));
         self.draw_composition(&mut encoder, view, compose, &transmittances);
-        self.queue.submit([encoder.finish()]);
+        self.gpu.queue.submit([encoder.finish()]);
         Ok(())
     }
 
@@ -248,8 +213,9 @@ impl Renderer {
     ) -> Result<(wgpu::TextureView, [f32; 4]), Box<dyn Error>> {
         let targets = &self.targets;
         if self.has_sky {
+            let gbuffer = targets.gbuffer(self.clip_from_world().to_cols_array_2d());
             self.sky
-                .prepare(&self.device, &self.queue, &shadow.sum, &targets.normals)?;
+                .prepare(&self.gpu.device, &self.gpu.queue, gbuffer, &shadow.sum)?;
         }
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("light"),
@@ -309,11 +275,14 @@ impl Renderer {
             texture(transmittances),
             self.channel.as_entire_binding(),
         ];
-        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("composition"),
-            layout: &compose.get_bind_group_layout(0),
-            entries: &(0..).zip(resources).map(entry).collect::<Vec<_>>(),
-        });
+        let group = self
+            .gpu
+            .device
+            .create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("composition"),
+                layout: &compose.get_bind_group_layout(0),
+                entries: &(0..).zip(resources).map(entry).collect::<Vec<_>>(),
+            });
         let clear = wgpu::LoadOp::Clear(wgpu::Color::BLACK);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("composition"),

@@ -1,23 +1,23 @@
-//! The first bind group of every pass, which `frame.wgsl` declares: camera, G-buffer, T_clip.
+//! The first bind group of the occlusion passes, which `gbuffer.wgsl` declares: camera, G-buffer,
+//! T_clip.
 
 use std::num::NonZeroU64;
 
-use super::{FrameInputs, Normals, Positions, PrepareError, Receivers};
+use super::{GBufferError, GBufferFormat, GBufferViews, Receivers, placeholder};
 use crate::occluder::world_from_clip;
 use crate::tables;
 
 /// The parts of the G-buffer that a pass reads. Compiled into its pipeline.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GBufferReads {
-    pub(crate) positions: Positions,
-    /// The encoding of the normals; none if no normals are read.
-    pub(crate) normals: Option<Normals>,
-    pub(crate) receivers: Receivers,
+    pub(crate) format: GBufferFormat,
+    /// Whether the pass reads normals.
+    pub(crate) normals: bool,
 }
 
 /// The bind group, recreated when the frame's textures change.
 #[derive(Debug)]
-pub(crate) struct FrameBindings {
+pub(crate) struct GBufferBindings {
     reads: GBufferReads,
     layout: wgpu::BindGroupLayout,
     table: wgpu::TextureView,
@@ -29,8 +29,8 @@ pub(crate) struct FrameBindings {
     group: Option<(BoundViews, wgpu::BindGroup)>,
 }
 
-/// A validated frame, ready to be written.
-pub(crate) struct ValidatedFrame {
+/// The validated views of a frame, ready to be written.
+pub(crate) struct ValidatedViews {
     views: BoundViews,
     world_from_clip: [[f32; 4]; 4],
 }
@@ -40,28 +40,20 @@ pub(crate) struct ValidatedFrame {
 struct BoundViews([wgpu::TextureView; 3]);
 
 impl GBufferReads {
-    /// The values of the `override`s of `frame.wgsl`.
-    pub(crate) fn constants(&self) -> [(&'static str, f64); 4] {
-        let [scale, offset] = match self.normals {
-            Some(Normals::Signed) | None => [1.0, 0.0],
-            Some(Normals::Unsigned) => [2.0, -1.0],
-        };
-        let receiver_channels = match self.receivers {
+    /// The values of the `override`s of `gbuffer.wgsl`.
+    pub(crate) fn constants(&self) -> Vec<(&'static str, f64)> {
+        let receiver_channels = match self.format.receivers {
             Receivers::None => 0.0,
             Receivers::Ids => 1.0,
             Receivers::IdsAndLayers => 2.0,
         };
-        let are_depths = self.positions == Positions::Depth;
-        [
-            ("positions_are_depths", f64::from(u8::from(are_depths))),
-            ("normal_scale", scale),
-            ("normal_offset", offset),
-            ("receiver_channels", receiver_channels),
-        ]
+        let mut constants = self.format.constants().to_vec();
+        constants.push(("receiver_channels", receiver_channels));
+        constants
     }
 }
 
-impl FrameBindings {
+impl GBufferBindings {
     /// Creates the layout, buffer and sampler. `table` is T_clip as transmittance, or with all
     /// channels.
     pub(crate) fn new(
@@ -95,31 +87,31 @@ impl FrameBindings {
         self.group.as_ref().map(|(_, group)| group)
     }
 
-    /// Validates a frame; nothing is written yet.
-    pub(crate) fn check(&self, view: &FrameInputs<'_>) -> Result<ValidatedFrame, PrepareError> {
-        let normals = match (self.reads.normals, view.normals) {
+    /// Validates the views of a frame; nothing is written yet.
+    pub(crate) fn check(&self, views: &GBufferViews<'_>) -> Result<ValidatedViews, GBufferError> {
+        let normals = match (self.reads.normals, views.normals) {
             (_, Some(view)) => view,
-            (None, None) => &self.normals_placeholder,
-            (Some(_), None) => return Err(PrepareError::Missing("normals")),
+            (false, None) => &self.normals_placeholder,
+            (true, None) => return Err(GBufferError::Missing("normals")),
         };
-        let receivers = match (self.reads.receivers, view.receivers) {
+        let receivers = match (self.reads.format.receivers, views.receivers) {
             (Receivers::None, _) => &self.receivers_placeholder,
             (_, Some(view)) => view,
-            (_, None) => return Err(PrepareError::Missing("receivers")),
+            (_, None) => return Err(GBufferError::Missing("receivers")),
         };
-        Ok(ValidatedFrame {
-            views: BoundViews([view.positions, normals, receivers].map(Clone::clone)),
-            world_from_clip: world_from_clip(view.clip_from_world)
-                .map_err(|_| PrepareError::Camera)?,
+        Ok(ValidatedViews {
+            views: BoundViews([views.positions, normals, receivers].map(Clone::clone)),
+            world_from_clip: world_from_clip(views.clip_from_world)
+                .map_err(|_| GBufferError::Camera)?,
         })
     }
 
-    /// Writes a validated frame.
+    /// Writes the validated views of a frame.
     pub(crate) fn write(
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        validated: ValidatedFrame,
+        validated: ValidatedViews,
     ) {
         let world_from_clip = bytemuck::bytes_of(&validated.world_from_clip);
         queue.write_buffer(&self.buffer, 0, world_from_clip);
@@ -154,24 +146,6 @@ impl FrameBindings {
             entries: &entries,
         })
     }
-}
-
-/// A texture of one texel, for a binding that no shader reads.
-fn placeholder(device: &wgpu::Device, format: wgpu::TextureFormat) -> wgpu::TextureView {
-    let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("aogrid placeholder"),
-        size: wgpu::Extent3d::default(),
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    });
-    texture.create_view(&wgpu::TextureViewDescriptor {
-        label: Some("aogrid placeholder"),
-        ..Default::default()
-    })
 }
 
 fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {

@@ -2,14 +2,13 @@
 
 use std::error::Error;
 
-use aogrid_grid_format::{Encoding, Grid};
+use aogrid_gpu_support::{attachment, read_only_depth};
+use aogrid_grid_format::Grid;
 use aogrid_runtime::{
-    Combine, DepthTest, Frame, GridAtlas, GridTexture, Instance, MergePass, MergePassDescriptor,
-    Mode, Normals, OcclusionPass, OcclusionPassDescriptor, Output, Positions, Receivers,
+    Combine, Frame, GBufferFormat, GBufferViews, GridAtlas, GridTexture, Instance, MergePass,
+    MergePassDescriptor, Mode, OcclusionPass, OcclusionPassDescriptor, Output, Receivers,
     TiledFrame, TiledPass, TiledPassDescriptor,
 };
-
-use crate::targets::attachment;
 
 /// The method by which pixels are darkened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,12 +22,9 @@ pub enum Shading {
     Tiled(Combine),
 }
 
-/// The textures of the passes. They read world positions, normals as (n + 1)/2, and object ids.
+/// The textures of the passes. The G-buffer has object ids.
 pub struct View<'a> {
-    pub clip_from_world: [[f32; 4]; 4],
-    pub positions: &'a wgpu::TextureView,
-    pub normals: &'a wgpu::TextureView,
-    pub ids: &'a wgpu::TextureView,
+    pub gbuffer: GBufferViews<'a>,
     pub depth: &'a wgpu::TextureView,
     /// The target of scalar occlusion.
     pub darkened: &'a wgpu::TextureView,
@@ -72,12 +68,8 @@ impl Shadows {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         grids: &[Grid],
-        depth: wgpu::TextureFormat,
+        gbuffer: GBufferFormat,
     ) -> Result<Self, Box<dyn Error>> {
-        let depth = Some(DepthTest {
-            format: depth,
-            compare: wgpu::CompareFunction::GreaterEqual,
-        });
         // Only scalar occlusion needs receiver ids; cones tell self-occlusion by the normal.
         let by_raster = |mode, receivers, output, target| {
             let descriptor = OcclusionPassDescriptor {
@@ -85,12 +77,11 @@ impl Shadows {
                 mode,
                 output,
                 target,
-                positions: Positions::World,
-                normals: Normals::Unsigned,
-                receivers,
-                depth,
+                gbuffer: GBufferFormat {
+                    receivers,
+                    ..gbuffer
+                },
                 front_face: wgpu::FrontFace::Ccw,
-                encoding: Encoding::Cone,
             };
             OcclusionPass::new(device, queue, descriptor)
         };
@@ -101,20 +92,14 @@ impl Shadows {
                 combine,
                 output: Output::TransmittanceAndAxis,
                 target: STORED,
-                positions: Positions::World,
-                normals: Normals::Unsigned,
-                receivers: Receivers::None,
-                encoding: Encoding::Cone,
+                gbuffer,
             };
             TiledPass::new(device, queue, descriptor)
         };
         let merge = MergePassDescriptor {
             label: "Merge".into(),
             format: wgpu::TextureFormat::Rgba16Float,
-            positions: Positions::World,
-            normals: Normals::Unsigned,
-            receivers: Receivers::None,
-            depth,
+            gbuffer,
             front_face: wgpu::FrontFace::Ccw,
         };
         let textures = grids
@@ -161,17 +146,11 @@ impl Shadows {
         let by_raster: Vec<_> = self.grids.iter().zip(instances()).collect();
         let in_tiles: Vec<_> = instances().enumerate().collect();
         let frame = Frame {
-            clip_from_world: view.clip_from_world,
-            positions: view.positions,
-            normals: Some(view.normals),
-            receivers: Some(view.ids),
+            gbuffer: view.gbuffer,
             occluders: &by_raster,
         };
         let tiled = TiledFrame {
-            clip_from_world: view.clip_from_world,
-            positions: view.positions,
-            normals: Some(view.normals),
-            receivers: None,
+            gbuffer: view.gbuffer,
             atlas: &self.atlas,
             occluders: &in_tiles,
             target: view.stored,
@@ -243,12 +222,7 @@ fn multiply_by_raster(
     let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("occlusion"),
         color_attachments: &[attachment(target, wgpu::LoadOp::Clear(clear))],
-        // Read only: no operations.
-        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-            view: view.depth,
-            depth_ops: None,
-            stencil_ops: None,
-        }),
+        depth_stencil_attachment: Some(read_only_depth(view.depth)),
         ..Default::default()
     });
     if let Some(drawn) = drawn {
