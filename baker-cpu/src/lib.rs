@@ -40,6 +40,8 @@ mod bake;
 mod baker;
 mod monte_carlo;
 mod quantized_rays;
+#[cfg(test)]
+mod random;
 mod ray_scene;
 pub mod reference;
 mod sweep;
