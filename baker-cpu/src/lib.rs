@@ -42,6 +42,8 @@ mod error;
 mod monte_carlo;
 pub mod parity;
 mod quantized_rays;
+#[cfg(test)]
+mod random;
 mod ray_scene;
 mod sweep;
 mod triangle;

@@ -277,16 +277,10 @@ mod tests {
 
     use super::*;
 
-    /// Returns a simple generator of numbers in −1..1 (a linear congruence with Knuth's MMIX
-    /// constants).
+    /// Returns a generator of numbers in −1..1.
     fn random_numbers(seed: u64) -> impl FnMut() -> f64 {
-        let mut state = seed;
-        move || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-        }
+        let mut bits = crate::random::random_bits(seed);
+        move || (bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
     /// Whether a ray is occluded, tested against every triangle.

@@ -3,7 +3,8 @@
 use aogrid_grid_format::{
     BoundaryMode, Encoding, Interior, MAX_RESOLUTION, MIN_RESOLUTION, TexelFormat,
 };
-use serde::Deserialize;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
 use super::values::{Color, Finite, NonNegative, OneOrThree, Positive, Triple, Whole};
@@ -187,27 +188,41 @@ pub(super) struct RotationFile {
     pub degrees: Finite,
 }
 
-/// Defines an enumeration of `grid-format` under the names that it has on command lines.
+/// Defines the form of an enumeration of `grid-format` in scenes: the names that its values have on
+/// command lines.
 macro_rules! names {
-    ($file:ident for $target:ident: $($name:ident = $text:literal),+) => {
-        #[derive(Clone, Copy, Deserialize)]
-        pub(super) enum $file {
-            $(#[serde(rename = $text)] $name),+
-        }
+    ($file:ident for $target:ident) => {
+        #[derive(Clone, Copy)]
+        pub(super) struct $file($target);
 
         impl From<$file> for $target {
             fn from(file: $file) -> Self {
-                match file {
-                    $($file::$name => Self::$name),+
-                }
+                file.0
+            }
+        }
+
+        impl<'de> Deserialize<'de> for $file {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                let name = String::deserialize(deserializer)?;
+                $target::from_name(&name)
+                    .map(Self)
+                    .ok_or_else(|| unknown_name(&name, &$target::ALL.map($target::name)))
             }
         }
     };
 }
 
-names!(EncodingFile for Encoding: Cone = "cone", Occlusion = "occlusion");
-names!(FormatFile for TexelFormat: Unorm8 = "unorm8", F16 = "f16", F32 = "f32");
-names!(BoundaryFile for BoundaryMode: Jgt = "jgt", Rr = "rr", None = "none");
-names!(
-    InteriorFile for Interior: Signed = "signed", Enclosed = "enclosed", Keep = "keep"
-);
+/// Returns serde's error of an unknown variant, for names that are not known at compile time.
+fn unknown_name<E: Error>(name: &str, known: &[&str]) -> E {
+    let known: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
+    let expected = match &known[..] {
+        [first, second] => format!("{first} or {second}"),
+        _ => format!("one of {}", known.join(", ")),
+    };
+    E::custom(format!("unknown variant `{name}`, expected {expected}"))
+}
+
+names!(EncodingFile for Encoding);
+names!(FormatFile for TexelFormat);
+names!(BoundaryFile for BoundaryMode);
+names!(InteriorFile for Interior);

@@ -97,7 +97,9 @@
 
 mod cap;
 pub mod clip;
+mod derived;
 mod errors;
+mod files;
 mod format;
 mod generated;
 pub mod merge;
@@ -107,12 +109,11 @@ mod table;
 mod texture;
 
 pub use clip::Clip;
+pub use derived::{intersection_texels, transmittance_texels};
 pub use errors::{ErrorRow, Measured, error_report};
+pub use files::{GeneratedFile, generated_files};
 pub use format::Format;
-pub use generated::{
-    GeneratedFile, clip_texels, generated_files, intersection_texels, merge_texels,
-    transmittance_texels,
-};
+pub use generated::{clip_texels, merge_texels};
 pub use real::Real;
 pub use table::{ClipRow, ClipTable, MergeRow, MergeTable};
 pub use texture::texture_coordinate;

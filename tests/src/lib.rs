@@ -1,16 +1,18 @@
-//! The support library of the tests: baking in one call, exact results to compare with, and the
-//! data folder that the project does not ship.
+//! The support library of the tests: baking in one call, exact results to compare with, random
+//! numbers, and the data folder that the project does not ship.
 
 mod analytic;
 mod data;
 mod gpu;
 mod lookup;
+mod random;
 mod surface;
 
 pub use analytic::{convex_fraction, form_factor, mesh_of, sphere_fraction};
 pub use data::{files_with_ending, shared, skip};
 pub use gpu::gpu;
 pub use lookup::{Shaded, cells_around};
+pub use random::Random;
 pub use surface::{surface_points, truth, winding_number};
 
 use aogrid_bake_core::{BakeOptions, Placement, RawGrid, TriangleMesh, UNOBSERVED, post};

@@ -169,13 +169,8 @@ mod tests {
             };
             let rows: [f32; LANES] =
                 std::array::from_fn(|b| frame.row_slope(b as u32 % size) as f32);
-            let mut state = 1_i64;
-            let mut next = || {
-                state = state
-                    .wrapping_mul(6_364_136_223_846_793_005)
-                    .wrapping_add(1_442_695_040_888_963_407);
-                state >> 44
-            };
+            let mut bits = crate::random::random_bits(1);
+            let mut next = || bits().cast_signed() >> 44;
             let axes = [
                 [1, 0, 0],
                 [0, 1, 0],

@@ -8,7 +8,7 @@ use aogrid_bake_core::{
 use aogrid_baker_cpu::parity::{Parity, graze};
 use aogrid_baker_cpu::{BakeError, QuantizedMeshRays, Sweeper};
 use aogrid_grid_format::GridSpec;
-use aogrid_tests::{files_with_ending, mesh_of, shared};
+use aogrid_tests::{Random, files_with_ending, mesh_of, shared};
 use proptest::prelude::*;
 
 /// Returns the mesh on the lattice of a default bake's grid at `resolution`.
@@ -63,19 +63,11 @@ fn models_match_at_any_resolution_and_face_size() {
     }
 }
 
-/// Pseudo-random numbers in −1..1 (Numerical Recipes' constants).
-fn numbers(seed: u32) -> impl FnMut() -> f32 {
-    let mut state = seed;
-    move || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (state >> 8) as f32 / (1 << 23) as f32 - 1.0
-    }
-}
-
 pub(crate) type Corners = [[f32; 3]; 3];
 
 pub(crate) fn soup(n: usize, size: f32) -> Vec<Corners> {
-    let mut next = numbers(n as u32);
+    let mut random = Random::new(n as u32);
+    let mut next = || random.signed();
     let mut triangle = || {
         let center = [next(), next(), next()];
         [(); 3].map(|()| std::array::from_fn(|x| center[x] + size * next()))

@@ -1,6 +1,6 @@
 use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{Extent, Placement, RawGrid, TriangleMesh};
-use aogrid_tests::{exact_options, mesh_of, raw};
+use aogrid_tests::{Random, exact_options, mesh_of, raw};
 
 fn small() -> Placement {
     Placement {
@@ -47,11 +47,8 @@ fn symmetric_models_have_symmetric_counts() {
 /// Random triangles and their mirror images, in another order and winding.
 #[test]
 fn mirrored_soups_have_mirrored_counts() {
-    let mut state = 12345_u32;
-    let mut next = || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (state >> 8) as f32 / (1 << 23) as f32 - 1.0
-    };
+    let mut random = Random::new(12345);
+    let mut next = || random.signed();
     for axis in 0..3 {
         let half: Vec<[[f32; 3]; 3]> = (0..60)
             .map(|_| {

@@ -14,8 +14,10 @@ mod interruption;
 mod look;
 /// Files from other programs' test suites, many of them broken.
 mod odd_inputs;
-/// Rendering scenes, and errors in scene files.
+/// Rendering scenes.
 mod render;
+/// Errors in scene files: line, key, reason.
+mod scene_errors;
 /// Scenes shaded by grids, and the cost of shaders.
 mod shade;
 /// T_clip and T_merge: generating, checking, measuring, exporting.

@@ -10,6 +10,7 @@ use aogrid_grid_format::{
     Sampling, TexelFormat,
 };
 use clap::ValueEnum;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use crate::backend::BackendRequest;
 
@@ -48,20 +49,20 @@ pub(crate) struct Args {
     #[arg(long, value_name = "D", value_parser = positive, allow_hyphen_values = true)]
     pub max_distance: Option<f32>,
     /// Content of a texel: the occluded share of the sphere, or that and its average direction
-    #[arg(long, value_enum, default_value_t = EncodingArg::Cone)]
-    pub encoding: EncodingArg,
+    #[arg(long, default_value = "cone", value_parser = named(Encoding::ALL, Encoding::name, &[]))]
+    pub encoding: Encoding,
     /// Storage format of a texel's values
-    #[arg(long, value_enum, default_value_t = FormatArg::Unorm8)]
-    pub format: FormatArg,
+    #[arg(long, default_value = "unorm8", value_parser = named(TexelFormat::ALL, TexelFormat::name, &[]))]
+    pub format: TexelFormat,
     /// Boundary treatment, which fades occlusion out at the grid's boundary: as in the journal
     /// paper, as in the research report, or none
-    #[arg(long, value_enum, default_value_t = BoundaryArg::Jgt)]
-    pub boundary: BoundaryArg,
+    #[arg(long, default_value = "jgt", value_parser = named(BoundaryMode::ALL, BoundaryMode::name, &[]))]
+    pub boundary: BoundaryMode,
     /// Cells that count as inside the model and are filled from their neighbors: those inside by
     /// the signed count of surface layers, even if the mesh has holes; only those that see no sky;
     /// or none
-    #[arg(long, value_enum, default_value_t = InteriorArg::Signed)]
-    pub interior: InteriorArg,
+    #[arg(long, default_value = "signed", value_parser = named(Interior::ALL, Interior::name, &[("fill", "enclosed")]))]
+    pub interior: Interior,
     /// Position of a cell's sample, in cells from the center, each within ±0.5
     /// [default: 0.00031,-0.00017,0.00043]
     #[arg(long, value_name = "X,Y,Z", value_parser = sample_offset, allow_hyphen_values = true)]
@@ -131,34 +132,6 @@ pub enum BackendArg {
     Auto,
     Cpu,
     Gpu,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-pub(crate) enum EncodingArg {
-    Cone,
-    Occlusion,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-pub(crate) enum FormatArg {
-    Unorm8,
-    F16,
-    F32,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-pub(crate) enum BoundaryArg {
-    Jgt,
-    Rr,
-    None,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-pub(crate) enum InteriorArg {
-    Signed,
-    #[value(alias = "fill")]
-    Enclosed,
-    Keep,
 }
 
 impl SharedArgs {
@@ -236,27 +209,36 @@ impl Args {
             },
             max_distance: self.max_distance,
             sample_offset: self.sample_offset.unwrap_or(BakeOptions::SAMPLE_OFFSET),
-            interior: match self.interior {
-                InteriorArg::Signed => Interior::Signed,
-                InteriorArg::Enclosed => Interior::Enclosed,
-                InteriorArg::Keep => Interior::Keep,
-            },
-            boundary: match self.boundary {
-                BoundaryArg::Jgt => BoundaryMode::Jgt,
-                BoundaryArg::Rr => BoundaryMode::Rr,
-                BoundaryArg::None => BoundaryMode::None,
-            },
-            encoding: match self.encoding {
-                EncodingArg::Cone => Encoding::Cone,
-                EncodingArg::Occlusion => Encoding::Occlusion,
-            },
-            format: match self.format {
-                FormatArg::Unorm8 => TexelFormat::Unorm8,
-                FormatArg::F16 => TexelFormat::F16,
-                FormatArg::F32 => TexelFormat::F32,
-            },
+            interior: self.interior,
+            boundary: self.boundary,
+            encoding: self.encoding,
+            format: self.format,
         })
     }
+}
+
+/// Returns a parser of the values of `all` by their names; an alias stands for the name behind it.
+fn named<T, const N: usize>(
+    all: [T; N],
+    name: fn(T) -> &'static str,
+    aliases: &'static [(&'static str, &'static str)],
+) -> impl TypedValueParser<Value = T>
+where
+    T: Clone + Copy + Send + Sync + 'static,
+{
+    let full_name = move |text: &str| {
+        let alias = aliases.iter().find(|(alias, _)| *alias == text);
+        alias.map_or(text.to_owned(), |(_, full)| (*full).to_owned())
+    };
+    let possible = all.map(|value| {
+        let of_value = aliases.iter().filter(|(_, full)| *full == name(value));
+        PossibleValue::new(name(value)).aliases(of_value.map(|(alias, _)| *alias))
+    });
+    PossibleValuesParser::new(possible).map(move |text| {
+        let full = full_name(&text);
+        let value = all.iter().find(|value| name(**value) == full);
+        *value.expect("clap accepts names of values only")
+    })
 }
 
 /// Parses cell counts: one number for all axes, or three.

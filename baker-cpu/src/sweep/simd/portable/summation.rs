@@ -96,11 +96,8 @@ mod tests {
 
     #[test]
     fn narrow_masks_match_wide_masks_or_report_overflow() {
-        let mut state = 7_u32;
-        let mut next = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 30) as i8 - 1
-        };
+        let mut bits = crate::random::random_bits(7);
+        let mut next = || (bits() >> 62) as i8 - 1;
         let mut strip: Vec<i8> = (0..40 * COLUMN).map(|_| next()).collect();
         let both = |strip: &[i8]| {
             let mut found = [[0; 40]; 2];

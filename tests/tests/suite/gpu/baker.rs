@@ -1,0 +1,159 @@
+use std::ops::ControlFlow;
+
+use aogrid_bake_core::models::Model;
+use aogrid_bake_core::post::Classification;
+use aogrid_bake_core::{
+    Algorithm, BakeOptions, Placement, PlanError, Progress, RawGrid, RayFallbackReason, UNOBSERVED,
+    post,
+};
+use aogrid_baker_gpu::{BakeError, Baker};
+use aogrid_grid_format::{Encoding, Sampling};
+use aogrid_tests::{exact_options, gpu};
+
+use super::{bake, placed};
+use crate::analytic;
+
+#[test]
+fn a_ball_and_a_box_have_the_exact_occlusion() {
+    let Some(context) = gpu() else { return };
+    let ball = Model::Sphere.mesh(Some(81_920)).unwrap();
+    let options = exact_options();
+    analytic::assert_ball(&bake(context, &ball, placed(&ball, 32), &options));
+    let cube = Model::Box.mesh(None).unwrap();
+    analytic::assert_box(&cube, &bake(context, &cube, placed(&cube, 32), &options));
+}
+
+#[test]
+fn the_algorithm_is_chosen_as_on_the_cpu() {
+    let Some(context) = gpu() else { return };
+    let mesh = Model::Table.mesh(None).unwrap();
+    let spec = placed(&mesh, 8);
+    let faces = BakeOptions::recommended();
+    let near = BakeOptions {
+        max_distance: Some(1.0),
+        ..faces
+    };
+    let mut baker = Baker::new(context, None);
+    assert_eq!(
+        baker.prepare(&mesh, spec, &faces).unwrap().algorithm(),
+        Algorithm::DirectionSweep
+    );
+    let rays = baker.prepare(&mesh, spec, &near).unwrap();
+    assert_eq!(
+        (rays.algorithm(), rays.fallback_reason()),
+        (Algorithm::RayCasting, Some(&RayFallbackReason::MaxDistance))
+    );
+    let mut sweep = Baker::new(context, Some(Algorithm::DirectionSweep));
+    let refused = sweep.prepare(&mesh, spec, &near).err();
+    assert_eq!(
+        refused,
+        Some(PlanError::NoSweep(RayFallbackReason::MaxDistance).into())
+    );
+}
+
+#[test]
+fn baking_occlusion_alone_gives_the_same_occlusion() {
+    let Some(context) = gpu() else { return };
+    let mesh = Model::Robot.mesh(None).unwrap();
+    let spec = placed(&mesh, 12);
+    for max_distance in [None, Some(2.0)] {
+        let options = BakeOptions {
+            encoding: Encoding::Occlusion,
+            max_distance,
+            ..BakeOptions::recommended()
+        };
+        let raw = bake(context, &mesh, spec, &options);
+        let both = BakeOptions {
+            encoding: Encoding::Cone,
+            ..options
+        };
+        let with_directions = bake(context, &mesh, spec, &both);
+        assert!(raw.moments.iter().all(|m| m.m == [0.0; 3]));
+        assert!(with_directions.moments.iter().any(|m| m.m != [0.0; 3]));
+        assert_eq!(raw.counts, with_directions.counts);
+        let texels = |raw: RawGrid| {
+            let source = aogrid_grid_format::Source {
+                name: "test.obj".into(),
+                part: None,
+                blake3: "0".repeat(64),
+                triangles: 1,
+            };
+            let grid = post::finish(raw, &Placement::default(), &options, source);
+            grid.unwrap().texels().to_vec()
+        };
+        assert_eq!(texels(raw), texels(with_directions));
+    }
+}
+
+#[test]
+fn a_bake_reports_progress_and_can_be_cancelled() {
+    let Some(context) = gpu() else { return };
+    let mesh = Model::Table.mesh(None).unwrap();
+    let spec = placed(&mesh, 24);
+    let mut options = BakeOptions::recommended();
+    for max_distance in [None, Some(3.0)] {
+        options.max_distance = max_distance;
+        let mut baker = Baker::new(context, None);
+        let mut ready = baker.prepare(&mesh, spec, &options).unwrap();
+        let stop = |_: Progress| ControlFlow::Break(());
+        assert_eq!(ready.bake(&stop), Err(BakeError::Cancelled));
+        // The state that a cancelled bake leaves must not affect the next.
+        let max_done = std::sync::atomic::AtomicUsize::new(0);
+        let watch = |progress: Progress| {
+            max_done.fetch_max(progress.done, std::sync::atomic::Ordering::Relaxed);
+            ControlFlow::Continue(())
+        };
+        let raw = ready.bake(&watch).unwrap();
+        assert_eq!(max_done.into_inner(), spec.cell_count());
+        assert_eq!(raw, bake(context, &mesh, spec, &options));
+    }
+}
+
+#[test]
+fn every_baker_finds_the_same_interior() {
+    let Some(context) = gpu() else {
+        return;
+    };
+    for sample in [Model::House, Model::Patchwork, Model::Bowl, Model::Robot] {
+        let mesh = sample.mesh(None).unwrap();
+        let placement = Placement {
+            resolution: [12, 10, 9],
+            ..Placement::default()
+        };
+        let spec = placement.place(&mesh.bounds()).unwrap();
+        let faces = BakeOptions::recommended();
+        let by_cpu = |kernel, options: &BakeOptions| {
+            let mut baker = aogrid_baker_cpu::Baker::new(kernel);
+            let mut prepared = baker.prepare(&mesh, spec, options).unwrap();
+            prepared.bake(UNOBSERVED).unwrap()
+        };
+        let by_gpu = |kernel| {
+            let mut baker = Baker::new(context, kernel);
+            let mut prepared = baker.prepare(&mesh, spec, &faces).unwrap();
+            prepared.bake(UNOBSERVED).unwrap()
+        };
+        let sweep = by_cpu(Some(Algorithm::DirectionSweep), &faces);
+        let expected = Classification::of(&sweep);
+        assert_eq!(sweep.layers.is_none(), sample == Model::Robot, "{sample:?}");
+        for raw in [
+            by_cpu(Some(Algorithm::RayCasting), &faces),
+            by_gpu(Some(Algorithm::DirectionSweep)),
+            by_gpu(Some(Algorithm::RayCasting)),
+        ] {
+            assert_eq!(raw.layers, sweep.layers, "{sample:?}");
+            assert_eq!(Classification::of(&raw), expected, "{sample:?}");
+        }
+        // Layers classify cells even if no cell is enclosed, and ignore the maximum distance.
+        let near = BakeOptions {
+            max_distance: Some(0.01),
+            ..faces
+        };
+        let random = BakeOptions {
+            sampling: Sampling::MonteCarlo { count: 64, seed: 1 },
+            ..faces
+        };
+        for options in [near, random] {
+            assert_eq!(by_cpu(None, &options).layers, sweep.layers, "{sample:?}");
+        }
+    }
+}
