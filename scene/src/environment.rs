@@ -14,8 +14,8 @@ use image::ImageDecoder;
 use image::codecs::hdr::HdrDecoder;
 use toml::Spanned;
 
-use super::build::resolve;
 use super::diagnostics::SceneText;
+use super::paths::resolve;
 use super::schema::{EnvironmentFile, RoomFile, UpAxis};
 use super::values::color;
 

@@ -11,6 +11,7 @@ mod environment;
 mod error;
 mod gbuffer;
 mod grids;
+mod paths;
 mod receivers;
 pub mod reference;
 mod schema;

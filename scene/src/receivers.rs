@@ -7,8 +7,8 @@ use crate::reference::Receiver;
 use glam::DVec3;
 use toml::Spanned;
 
-use super::build::resolve;
 use super::diagnostics::SceneText;
+use super::paths::resolve;
 use super::schema::ReceiversFile;
 use super::values::triple;
 

@@ -7,8 +7,7 @@ use aogrid_grid_format::Grid;
 use aogrid_runtime::AogridOccluder;
 use glam::DMat4;
 
-use super::environment::EnvironmentLight;
-use super::{Job, Shaded};
+use super::Job;
 use aogrid_scene::Instance;
 
 /// The use of a grid's cone in shading.
@@ -92,24 +91,4 @@ pub(super) fn runtime_instance(instance: &Instance) -> aogrid_runtime::Instance 
         object_id: instance.id,
         ..aogrid_runtime::Instance::at(world_from_object.to_cols_array_2d())
     }
-}
-
-/// Returns a mode's result from its AO alone: the light is that of the scene without occluders
-/// times 1 − AO. A scene with an area light, which casts shadows of its own, gets no light.
-pub(super) fn with_light(job: &Job<'_>, occlusion: Vec<f32>) -> anyhow::Result<Shaded> {
-    let scene = job.scene;
-    let light = match scene.is_lit() && scene.area_light.is_none() {
-        true => {
-            let unoccluded = EnvironmentLight::new(job)?.unoccluded();
-            let pairs = unoccluded.iter().zip(&occlusion);
-            Some(pairs.map(|(c, ao)| c.map(|v| v * (1.0 - ao))).collect())
-        }
-        false => None,
-    };
-    Ok(Shaded {
-        occlusion,
-        occlusion_error: None,
-        light,
-        light_error: None,
-    })
 }

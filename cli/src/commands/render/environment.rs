@@ -170,3 +170,23 @@ fn occlusion(
     let chunks: anyhow::Result<Vec<Vec<_>>> = indices.par_chunks(CHUNK).map(chunk).collect();
     Ok(chunks?.concat())
 }
+
+/// Returns a mode's result from its AO alone: the light is that of the scene without occluders
+/// times 1 − AO. A scene with an area light, which casts shadows of its own, gets no light.
+pub(super) fn with_light(job: &Job<'_>, occlusion: Vec<f32>) -> anyhow::Result<Shaded> {
+    let scene = job.scene;
+    let light = match scene.is_lit() && scene.area_light.is_none() {
+        true => {
+            let unoccluded = EnvironmentLight::new(job)?.unoccluded();
+            let pairs = unoccluded.iter().zip(&occlusion);
+            Some(pairs.map(|(c, ao)| c.map(|v| v * (1.0 - ao))).collect())
+        }
+        false => None,
+    };
+    Ok(Shaded {
+        occlusion,
+        occlusion_error: None,
+        light,
+        light_error: None,
+    })
+}

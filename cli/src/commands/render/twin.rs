@@ -15,7 +15,8 @@ use aogrid_runtime::shading::{
 use aogrid_scene::reference::Receiver;
 use rayon::prelude::*;
 
-use super::casters::{self, Caster, GridShading, casters, receiver_layers};
+use super::casters::{Caster, GridShading, casters, receiver_layers};
+use super::environment::with_light;
 use super::{Job, Shaded};
 
 /// Number of receivers between two checks for an interrupt.
@@ -46,7 +47,7 @@ pub(super) fn shade(job: &Job<'_>, shading: GridShading) -> anyhow::Result<Shade
     });
     let casters: Vec<_> = textured.collect();
     let occlusion = occlusions(job, &casters, shading)?;
-    casters::with_light(job, occlusion)
+    with_light(job, occlusion)
 }
 
 /// Returns the AO of all casters for each receiver.

@@ -17,7 +17,8 @@ use aogrid_runtime::{
 use wgpu::{TextureFormat, TextureUsages};
 
 use self::textures::{Views, cleared_attachment, create_texture, read_back};
-use super::casters::{self, Caster, GridShading, casters, describe, runtime_instance};
+use super::casters::{Caster, GridShading, casters, describe, runtime_instance};
+use super::environment::with_light;
 use super::{Job, Shaded};
 
 /// A scene's picture and its occluders, on the GPU.
@@ -49,7 +50,7 @@ pub(super) fn shade(job: &Job<'_>, gpu: &Context, shading: GridShading) -> anyho
         let transmittance = picture.transmittance(shading)?;
         let pixels = picture.pixels.iter();
         let occlusion = pixels.map(|&pixel| 1.0 - transmittance[pixel]);
-        casters::with_light(job, occlusion.collect())
+        with_light(job, occlusion.collect())
     })
 }
 

@@ -1,0 +1,250 @@
+//! The meshes of a scene, and their grids.
+
+use aogrid_bake_core::mesh::{self, LoadedMesh, Part};
+use aogrid_bake_core::models::{Model, to_obj};
+use aogrid_bake_core::{BakeOptions, Extent, Placement, TriangleMesh};
+use aogrid_grid_format::{Sampling, Source as MeshSource};
+use toml::Spanned;
+
+use super::{Builder, NamedMesh};
+use crate::error::Context;
+use crate::paths::resolve;
+use crate::schema::{GridFile, MeshFile};
+use crate::values::Whole;
+use crate::{GridSource, SceneMesh};
+
+impl Builder<'_> {
+    pub(super) fn mesh(&mut self, file: Spanned<MeshFile>) -> crate::Result<()> {
+        let span = Spanned::new(file.span(), ());
+        let file = file.into_inner();
+        if self.named.contains_key(file.name.get_ref()) {
+            return Err(self.duplicate_name(&file.name, "mesh"));
+        }
+        let grid = self.grid(&file)?;
+        let loaded = self.load_mesh(&file, &span)?;
+        let name = file.name.get_ref();
+        let first = self.meshes.len();
+        if file.parts == Some(true) {
+            for idx in 0..loaded.mesh.parts().len() {
+                let part = loaded.mesh.parts()[idx].name.clone();
+                let mesh = self.part_of(&loaded, idx, &span)?;
+                self.push_mesh(format!("{name}/{part}"), mesh, &loaded, Some(part), &grid);
+            }
+        } else if let Some(part) = &file.part {
+            let parts = loaded.mesh.parts();
+            let Some(idx) = parts.iter().position(|p| p.name == *part.get_ref()) else {
+                let names: Vec<_> = parts.iter().map(|p| p.name.as_str()).collect();
+                let message = format!("no such part; there are: {}", names.join(", "));
+                return Err(self.source.error_at(part, "mesh.part", &message));
+            };
+            let mesh = self.part_of(&loaded, idx, &span)?;
+            let part = Some(part.get_ref().clone());
+            self.push_mesh(name.clone(), mesh, &loaded, part, &grid);
+        } else {
+            self.push_mesh(name.clone(), loaded.mesh.clone(), &loaded, None, &grid);
+        }
+        let named = NamedMesh {
+            first,
+            count: self.meshes.len() - first,
+            is_rectangle: file.rectangle.is_some(),
+        };
+        self.named.insert(name.clone(), named);
+        Ok(())
+    }
+
+    fn part_of(
+        &self,
+        loaded: &LoadedMesh,
+        idx: usize,
+        span: &Spanned<()>,
+    ) -> crate::Result<TriangleMesh> {
+        loaded
+            .mesh
+            .part(idx)
+            .map_err(|e| self.source.error_at(span, "mesh.parts", &e.to_string()))
+    }
+
+    fn push_mesh(
+        &mut self,
+        name: String,
+        mesh: TriangleMesh,
+        loaded: &LoadedMesh,
+        part: Option<String>,
+        grid: &GridSource,
+    ) {
+        self.meshes.push(SceneMesh {
+            name,
+            source: MeshSource {
+                part,
+                triangles: mesh.triangles().len() as u64,
+                ..MeshSource::from(loaded)
+            },
+            mesh,
+            grid: grid.clone(),
+        });
+    }
+
+    fn load_mesh(&self, file: &MeshFile, span: &Spanned<()>) -> crate::Result<LoadedMesh> {
+        let error = |key: &str, message: &str| self.source.error_at(span, key, message);
+        if file.parts.is_some() && file.part.is_some() {
+            return Err(error("mesh.part", "`parts` and `part` exclude each other"));
+        }
+        if file.triangles.is_some() && file.sample.is_none() {
+            return Err(error(
+                "mesh.triangles",
+                "only a built-in `sample` can be refined",
+            ));
+        }
+        match (&file.file, &file.sample, file.rectangle) {
+            (Some(name), None, None) => {
+                let path = resolve(self.source.path, name);
+                mesh::load(&path)
+                    .with_context(|| path.display())
+                    .with_context(|| error("mesh.file", "cannot use it").to_string())
+            }
+            (None, Some(name), None) => self.sample(name, file.triangles),
+            (None, None, Some(size)) => Ok(rectangle(size.map(|v| v.f32() / 2.0))),
+            _ => Err(error(
+                "mesh",
+                "exactly one of `file`, `sample` and `rectangle` is needed",
+            )),
+        }
+    }
+
+    fn sample(
+        &self,
+        name: &Spanned<String>,
+        triangles: Option<Whole<1, 20_000_000>>,
+    ) -> crate::Result<LoadedMesh> {
+        let Some(sample) = Model::ALL.iter().find(|s| s.name() == name.get_ref()) else {
+            let names = Model::ALL.map(Model::name).join(", ");
+            let message = format!("no such sample; there are: {names}");
+            return Err(self.source.error_at(name, "mesh.sample", &message));
+        };
+        let mesh = sample
+            .mesh(triangles.map(|n| n.0 as usize))
+            .map_err(|e| self.source.error_at(name, "mesh.triangles", &e.to_string()))?;
+        Ok(loaded_from_memory(mesh, sample.name()))
+    }
+
+    fn grid(&self, file: &MeshFile) -> crate::Result<GridSource> {
+        let Some(spanned) = &file.grid else {
+            return Ok(GridSource::Bake(
+                Placement::default(),
+                BakeOptions::recommended(),
+            ));
+        };
+        let grid = spanned.get_ref();
+        let error = |message: &str| self.source.error_at(spanned, "mesh.grid", message);
+        if let Some(name) = &grid.file {
+            if !is_only_file(grid) {
+                return Err(error(
+                    "with `file` there is nothing to bake: leave out the other keys",
+                ));
+            }
+            if file.parts == Some(true) {
+                return Err(error(
+                    "a file is the grid of one mesh, not of its parts: name a `part`",
+                ));
+            }
+            return Ok(GridSource::File(resolve(self.source.path, name)));
+        }
+        if grid.epsilon.is_some() && grid.half_extents.is_some() {
+            return Err(error("`epsilon` and `half_extents` exclude each other"));
+        }
+        let placement = placement(grid);
+        let options = bake_options(grid).map_err(error)?;
+        options.validate().map_err(|e| error(&e.to_string()))?;
+        Ok(GridSource::Bake(placement, options))
+    }
+}
+
+fn placement(grid: &GridFile) -> Placement {
+    let default = Placement::default();
+    Placement {
+        resolution: grid
+            .resolution
+            .map_or(default.resolution, |cells| cells.0.map(|n| n.0)),
+        extent: match (grid.half_extents, grid.epsilon) {
+            (Some(given), _) => Extent::HalfExtents(given.map(|v| v.f32())),
+            (None, Some(epsilon)) => Extent::Epsilon(epsilon.f32()),
+            (None, None) => default.extent,
+        },
+    }
+}
+
+fn bake_options(grid: &GridFile) -> Result<BakeOptions, &'static str> {
+    let default = BakeOptions::recommended();
+    let sampling = match (grid.rays, grid.face_size, grid.seed) {
+        (Some(_), Some(_), _) => return Err("`rays` and `face_size` exclude each other"),
+        (None, _, Some(_)) => return Err("`seed` needs `rays`"),
+        (Some(rays), None, seed) => Sampling::MonteCarlo {
+            count: rays.0,
+            seed: seed.map_or(0, |n| n.0.into()),
+        },
+        (None, Some(size), None) => Sampling::CubeFaces { size: size.0 },
+        (None, None, None) => default.sampling,
+    };
+    let offset = grid.sample_offset.map(|v| v.map(|v| v.0 as f32));
+    Ok(BakeOptions {
+        sampling,
+        max_distance: grid.max_distance.map(|d| d.f32()),
+        sample_offset: offset.unwrap_or(default.sample_offset),
+        interior: grid.interior.map_or(default.interior, Into::into),
+        boundary: grid.boundary.map_or(default.boundary, Into::into),
+        encoding: grid.encoding.map_or(default.encoding, Into::into),
+        format: grid.format.map_or(default.format, Into::into),
+    })
+}
+
+/// Whether a grid names a file and no option of a bake.
+fn is_only_file(grid: &GridFile) -> bool {
+    let GridFile {
+        file: _,
+        resolution,
+        epsilon,
+        half_extents,
+        face_size,
+        rays,
+        seed,
+        max_distance,
+        encoding,
+        format,
+        boundary,
+        interior,
+        sample_offset,
+    } = grid;
+    resolution.is_none()
+        && epsilon.is_none()
+        && half_extents.is_none()
+        && face_size.is_none()
+        && rays.is_none()
+        && seed.is_none()
+        && max_distance.is_none()
+        && encoding.is_none()
+        && format.is_none()
+        && boundary.is_none()
+        && interior.is_none()
+        && sample_offset.is_none()
+}
+
+/// Returns a sheet of these half-extents in the xz-plane, facing +y.
+fn rectangle([x, z]: [f32; 2]) -> LoadedMesh {
+    let positions = vec![[-x, 0.0, -z], [x, 0.0, -z], [x, 0.0, z], [-x, 0.0, z]];
+    let part = Part {
+        name: "rectangle".into(),
+        triangles: 0..2,
+    };
+    let triangles = vec![[0, 2, 1], [0, 3, 2]];
+    let mesh = TriangleMesh::new(positions, triangles, vec![part]);
+    loaded_from_memory(mesh.expect("two triangles are a mesh"), "rectangle")
+}
+
+/// Returns a generated mesh as if it had been loaded from an OBJ file.
+fn loaded_from_memory(mesh: TriangleMesh, name: &str) -> LoadedMesh {
+    LoadedMesh {
+        blake3: blake3::hash(to_obj(&mesh).as_bytes()).to_hex().to_string(),
+        mesh,
+        name: format!("{name}.obj"),
+    }
+}
