@@ -57,6 +57,60 @@ pub use baker::{Baker, Prepared};
 pub use context::{AdapterSelector, Context, ContextError, adapters};
 pub use error::BakeError;
 pub use rays::{Caster, UploadedTree};
-pub use shaders::{Shader, shaders};
+pub use shaders::Shader;
 pub use sweep::{Sweeper, UploadedMesh};
 pub use wgpu;
+
+/// Returns every shader of this crate, in every variant that a bake may use.
+pub fn shaders() -> Vec<Shader> {
+    let mut all = sweep::shaders();
+    all.extend(rays::shaders());
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_shader_is_valid_and_every_wgsl_file_is_used() {
+        let all = shaders();
+        for shader in &all {
+            let module = naga::front::wgsl::parse_str(&shader.source).unwrap_or_else(|e| {
+                panic!("{}: {}", shader.name, e.emit_to_string(&shader.source))
+            });
+            let mut validator = naga::valid::Validator::new(
+                naga::valid::ValidationFlags::all(),
+                naga::valid::Capabilities::empty(),
+            );
+            if let Err(e) = validator.validate(&module) {
+                panic!("{}: {}", shader.name, e.emit_to_string(&shader.source));
+            }
+            let found: Vec<_> = module
+                .entry_points
+                .iter()
+                .map(|e| e.name.as_str())
+                .collect();
+            assert_eq!(found, [shader.entry_point], "{}", shader.name);
+        }
+        let mut files = 0;
+        for folder in ["", "sweep", "rays"] {
+            let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+                .join("src")
+                .join(folder);
+            for entry in std::fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.extension().is_some_and(|e| e == "wgsl") {
+                    let text = std::fs::read_to_string(&path).unwrap();
+                    assert!(
+                        all.iter().any(|s| s.source.contains(&text)),
+                        "{}",
+                        path.display()
+                    );
+                    files += 1;
+                }
+            }
+        }
+        assert!(files >= 15, "{files}");
+    }
+}

@@ -236,31 +236,8 @@ fn space_ship(model: &mut Builder) {
         canopy(0.55, 0.46, 0.04),
     ];
     model.part("canopy").tube(&canopy, 8);
-    for (side, x) in [("left", 1.0_f64), ("right", -1.0)] {
-        let mirrored = |[px, py, pz]: [f64; 3]| [x * px, py, pz];
-        // Mirroring turns a shape inside out: its corners swap along x too.
-        let swap = usize::from(x < 0.0);
-        let wing: [[f64; 3]; 8] = std::array::from_fn(|bits| {
-            let bits = bits ^ swap;
-            let (tip, up, front) = (bits & 1 == 1, bits >> 1 & 1 == 1, bits >> 2 & 1 == 1);
-            let px = if tip { 1.2 } else { 0.2 };
-            let thickness = if tip { 0.015 } else { 0.05 };
-            let py = if tip { 0.22 } else { 0.33 } + if up { thickness } else { -thickness };
-            let pz = match (tip, front) {
-                (false, false) => -0.85,
-                (false, true) => 0.25,
-                (true, false) => -0.95,
-                (true, true) => -0.6,
-            };
-            mirrored([px, py, pz])
-        });
-        model.part(&format!("wing {side}")).hexahedron(wing);
-        let engine = |z: f64, radius: f64| Ring {
-            center: mirrored([0.42, 0.3, z]),
-            radius,
-        };
-        let engine = [engine(-1.25, 0.08), engine(-1.1, 0.11), engine(-0.5, 0.07)];
-        model.part(&format!("engine {side}")).tube(&engine, 10);
+    for (side, x) in [("left", 1.0), ("right", -1.0)] {
+        wing_and_engine(model, side, x);
     }
     let fin = std::array::from_fn(|bits| {
         let (right, up, front) = (bits & 1 == 1, bits >> 1 & 1 == 1, bits >> 2 & 1 == 1);
@@ -274,4 +251,32 @@ fn space_ship(model: &mut Builder) {
         [px, if up { 0.95 } else { 0.58 }, pz]
     });
     model.part("fin").hexahedron(fin);
+}
+
+/// Adds a wing and an engine of the space ship on the side where `x` is positive or negative.
+fn wing_and_engine(model: &mut Builder, side: &str, x: f64) {
+    let mirrored = |[px, py, pz]: [f64; 3]| [x * px, py, pz];
+    // Mirroring turns a shape inside out: its corners swap along x too.
+    let swap = usize::from(x < 0.0);
+    let wing: [[f64; 3]; 8] = std::array::from_fn(|bits| {
+        let bits = bits ^ swap;
+        let (tip, up, front) = (bits & 1 == 1, bits >> 1 & 1 == 1, bits >> 2 & 1 == 1);
+        let px = if tip { 1.2 } else { 0.2 };
+        let thickness = if tip { 0.015 } else { 0.05 };
+        let py = if tip { 0.22 } else { 0.33 } + if up { thickness } else { -thickness };
+        let pz = match (tip, front) {
+            (false, false) => -0.85,
+            (false, true) => 0.25,
+            (true, false) => -0.95,
+            (true, true) => -0.6,
+        };
+        mirrored([px, py, pz])
+    });
+    model.part(&format!("wing {side}")).hexahedron(wing);
+    let engine = |z: f64, radius: f64| Ring {
+        center: mirrored([0.42, 0.3, z]),
+        radius,
+    };
+    let engine = [engine(-1.25, 0.08), engine(-1.1, 0.11), engine(-0.5, 0.07)];
+    model.part(&format!("engine {side}")).tube(&engine, 10);
 }

@@ -89,26 +89,7 @@ impl RayBatch<'_> {
             bindings.push(&buffers[1]);
         }
         let bindings = submitter.bind(kernel, &bindings);
-        let rays = f64::from(self.scene.n_directions);
-        // The naive kernel has an invocation per cell, the others at least a workgroup.
-        let (n, units) = match self.variant {
-            Variant::Naive => {
-                let cells = f64::from(WORKGROUP);
-                let triangles = f64::from(mesh.n_triangles);
-                (
-                    self.scene.n_cells.div_ceil(WORKGROUP),
-                    cells * rays * triangles,
-                )
-            }
-            _ => (self.scene.n_cells, rays * RAY_UNITS),
-        };
-        let y = match self.variant {
-            Variant::Faces | Variant::FacesWithBits => {
-                self.scene.n_directions.div_ceil(TEXELS_PER_WORKGROUP)
-            }
-            Variant::MonteCarlo | Variant::Naive => 1,
-        };
-        submitter.dispatch(kernel, &bindings, Extent { n, y, z: 1, units })?;
+        submitter.dispatch(kernel, &bindings, self.extent(mesh))?;
         let used: Vec<_> = buffers
             .iter()
             .zip(result_bytes)
@@ -120,6 +101,27 @@ impl RayBatch<'_> {
             .iter()
             .map(|b| bytemuck::pod_collect_to_vec(b))
             .collect())
+    }
+
+    /// Returns the workgroups of the variant.
+    fn extent(&self, mesh: &UploadedTree) -> Extent {
+        let rays = f64::from(self.scene.n_directions);
+        // The naive kernel has an invocation per cell, the others at least a workgroup.
+        let (n, units) = match self.variant {
+            Variant::Naive => {
+                let cells = f64::from(WORKGROUP);
+                let n = self.scene.n_cells.div_ceil(WORKGROUP);
+                (n, cells * rays * f64::from(mesh.n_triangles))
+            }
+            _ => (self.scene.n_cells, rays * RAY_UNITS),
+        };
+        let y = match self.variant {
+            Variant::Faces | Variant::FacesWithBits => {
+                self.scene.n_directions.div_ceil(TEXELS_PER_WORKGROUP)
+            }
+            Variant::MonteCarlo | Variant::Naive => 1,
+        };
+        Extent { n, y, z: 1, units }
     }
 
     /// Appends the counts and moments of this batch's cells to a grid.

@@ -34,6 +34,7 @@
 //! would live in memory. Only the sums (and the faces' bits, if requested) are read back.
 
 mod bake;
+mod buffers;
 mod gpu_data;
 mod kernels;
 mod levels;
@@ -41,6 +42,7 @@ mod mesh;
 mod pass;
 mod plan;
 mod row_hits;
+mod subset_sums;
 
 use std::sync::OnceLock;
 

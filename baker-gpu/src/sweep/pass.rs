@@ -1,15 +1,18 @@
 //! One pass of the sweep: its kernels, their bindings, and their workgroups.
 
+use aogrid_bake_core::FixedTexel;
 use wgpu::{Buffer, BufferUsages};
 
-use super::bake::{Bake, Buffers};
+use super::UploadedMesh;
+use super::buffers::Buffers;
 use super::gpu_data::{self, Frame, TABLE_LEN};
 use super::kernels::Kernels;
 use super::levels::{Levels, padded_bounds};
 use super::plan::{Brick, LANES, Pass};
+use super::subset_sums::subset_sums;
 use crate::BakeError;
 use crate::shaders::WORKGROUP;
-use crate::work::Extent;
+use crate::work::{Extent, Submitter};
 
 /// The number of invocations that should run at least. If there are too few edges for it, the
 /// levels of each edge are distributed over several workgroups.
@@ -36,6 +39,9 @@ const MAX_WORKGROUPS: u32 = 65_535;
 
 /// The inputs of a pass over a brick.
 pub(super) struct PassInputs<'a> {
+    pub mesh: &'a UploadedMesh,
+    /// Texels along a face's side.
+    pub size: u32,
     pub pass: &'a Pass,
     pub brick: &'a Brick,
     pub buffers: &'a Buffers,
@@ -57,32 +63,39 @@ pub(super) struct PassBindings<'a> {
 }
 
 impl<'a> PassBindings<'a> {
-    pub(super) fn new(bake: &Bake<'_>, inputs: &'a PassInputs<'a>, kernels: &'a Kernels) -> Self {
-        let mesh = &bake.mesh.prepared;
-        let size = bake.request.size;
-        let axis_frame = inputs.brick.frame(mesh.spec(), inputs.pass.w, size);
+    pub(super) fn new(
+        submitter: &Submitter<'_>,
+        inputs: &'a PassInputs<'a>,
+        texels: &[FixedTexel],
+        kernels: &'a Kernels,
+    ) -> Self {
+        let UploadedMesh {
+            prepared: mesh,
+            buffers: mesh_buffers,
+        } = inputs.mesh;
+        let axis_frame = inputs.brick.frame(mesh.spec(), inputs.pass.w, inputs.size);
         let table = Levels::new(&axis_frame, inputs.pass);
         // The tables are padded to the size that the shaders declare.
         let uniform = |label, bytes: &[u8], size: usize| {
             let mut padded = bytes.to_vec();
             padded.resize(size, 0);
-            bake.submitter.upload(label, BufferUsages::UNIFORM, &padded)
+            submitter.upload(label, BufferUsages::UNIFORM, &padded)
         };
         let [_, v, w] = axis_frame.axes;
-        let edge = bake.mesh.buffers.edge_cells;
+        let edge = mesh_buffers.edge_cells;
         let edge_levels =
             (edge[v] + axis_frame.shear[1] * edge[w]) * f64::from(axis_frame.cells[2]);
-        let [mesh_low, mesh_high] = padded_bounds(&axis_frame, bake.mesh.buffers.bounds);
+        let [mesh_low, mesh_high] = padded_bounds(&axis_frame, mesh_buffers.bounds);
         let data = Frame {
             piece_bits: deltas_per_piece(table.n_ranks).ilog2(),
             mesh_low,
             mesh_high,
             n_vertices: mesh.vertices().len() as u32,
             n_triangles: mesh.triangles().len() as u32,
-            n_interior_edges: bake.mesh.buffers.n_interior_edges,
-            n_edges: bake.mesh.buffers.n_edges,
-            n_parts: n_parts(bake.mesh.buffers.n_edges, inputs.pass, edge_levels),
-            rows_per_workgroup: rows_per_workgroup(bake.mesh.buffers.n_edges, inputs.pass),
+            n_interior_edges: mesh_buffers.n_interior_edges,
+            n_edges: mesh_buffers.n_edges,
+            n_parts: n_parts(mesh_buffers.n_edges, inputs.pass, edge_levels),
+            rows_per_workgroup: rows_per_workgroup(mesh_buffers.n_edges, inputs.pass),
             ..table.uniforms(&axis_frame, inputs.pass, mesh.lattice().bits())
         };
         let table_bytes = TABLE_LEN * 16;
@@ -94,7 +107,7 @@ impl<'a> PassBindings<'a> {
             buckets: uniform("buckets", bytemuck::cast_slice(&table.buckets), table_bytes),
             subset_sums: uniform(
                 "subset sums",
-                bytemuck::cast_slice(&bake.subset_sums(inputs.pass)),
+                bytemuck::cast_slice(&subset_sums(texels, inputs.size, inputs.pass)),
                 table_bytes,
             ),
             edge_levels,
@@ -102,72 +115,60 @@ impl<'a> PassBindings<'a> {
         }
     }
 
+    /// Returns the axis of the pass.
+    pub(super) fn w(&self) -> usize {
+        self.inputs.pass.w
+    }
+
     /// Dispatches the stages up to the crossings.
-    pub(super) fn dispatch_crossings(&self, bake: &mut Bake<'_>) -> Result<(), BakeError> {
-        let Self {
-            inputs,
-            data,
-            kernels,
-            ..
-        } = self;
-        let (mesh, buffers) = (&bake.mesh.buffers, inputs.buffers);
+    pub(super) fn dispatch_crossings(
+        &self,
+        submitter: &mut Submitter<'_>,
+    ) -> Result<(), BakeError> {
+        let data = &self.data;
+        let (mesh, buffers) = (&self.inputs.mesh.buffers, self.inputs.buffers);
         // Work units of a workgroup that handles each of its items once per row.
         let row_units = f64::from(WORKGROUP * data.n_rows);
 
-        let kernel = &kernels.silhouettes;
-        let bindings = bake.submitter.bind(
-            kernel,
-            &[&self.frame, &mesh.normals, &buffers.facing_intervals],
-        );
-        bake.submitter.dispatch(
-            kernel,
-            &bindings,
-            linear_extent(data.n_triangles, row_units),
-        )?;
+        let kernel = &self.kernels.silhouettes;
+        let extent = linear_extent(data.n_triangles, row_units);
+        let bindings = [&self.frame, &mesh.normals, &buffers.facing_intervals];
+        submitter.dispatch(kernel, &submitter.bind(kernel, &bindings), extent)?;
 
-        let kernel = &kernels.levels;
-        let bindings = bake.submitter.bind(
-            kernel,
-            &[
-                &self.frame,
-                &self.levels,
-                &self.buckets,
-                &mesh.positions,
-                &buffers.ranks,
-            ],
-        );
-        bake.submitter.dispatch(
-            kernel,
-            &bindings,
-            linear_extent(data.n_vertices, 2.0 * row_units),
-        )?;
+        let kernel = &self.kernels.levels;
+        let extent = linear_extent(data.n_vertices, 2.0 * row_units);
+        let bindings = [
+            &self.frame,
+            &self.levels,
+            &self.buckets,
+            &mesh.positions,
+            &buffers.ranks,
+        ];
+        submitter.dispatch(kernel, &submitter.bind(kernel, &bindings), extent)?;
 
-        let kernel = &kernels.crossings;
-        let bindings = bake.submitter.bind(
-            kernel,
-            &[
-                &self.frame,
-                &buffers.counters,
-                &buffers.overflowed,
-                &self.levels,
-                &mesh.positions,
-                &mesh.edges,
-                &buffers.facing_intervals,
-                &buffers.ranks,
-            ],
-        );
+        let kernel = &self.kernels.crossings;
         let n_parts = f64::from(data.n_parts);
         let units = row_units * (n_parts + 4.0 * self.edge_levels);
         let mut extent = linear_extent(data.n_edges, units);
         extent.y = data.n_rows.div_ceil(data.rows_per_workgroup);
         extent.z = data.n_parts;
-        bake.submitter.dispatch(kernel, &bindings, extent)
+        let bindings = [
+            &self.frame,
+            &buffers.counters,
+            &buffers.overflowed,
+            &self.levels,
+            &mesh.positions,
+            &mesh.edges,
+            &buffers.facing_intervals,
+            &buffers.ranks,
+        ];
+        submitter.dispatch(kernel, &submitter.bind(kernel, &bindings), extent)
     }
 
     /// Dispatches the test of candidates for row hits.
     pub(super) fn dispatch_row_hits(
         &self,
-        bake: &mut Bake<'_>,
+        submitter: &mut Submitter<'_>,
         candidates: &[gpu_data::RowHitCandidate],
     ) -> Result<(), BakeError> {
         if candidates.is_empty() {
@@ -184,13 +185,11 @@ impl<'a> PassBindings<'a> {
             ..*data
         };
         let bytes = bytemuck::bytes_of(&frame);
-        let frame = bake.submitter.upload("frame", BufferUsages::UNIFORM, bytes);
+        let frame = submitter.upload("frame", BufferUsages::UNIFORM, bytes);
         let bytes = bytemuck::cast_slice(candidates);
-        let buffer = bake
-            .submitter
-            .upload("row hit candidates", BufferUsages::STORAGE, bytes);
+        let buffer = submitter.upload("row hit candidates", BufferUsages::STORAGE, bytes);
         let kernel = &kernels.row_hits;
-        let bindings = bake.submitter.bind(
+        let bindings = submitter.bind(
             kernel,
             &[
                 &frame,
@@ -208,11 +207,14 @@ impl<'a> PassBindings<'a> {
             f64::from(WORKGROUP * data.n_rows * lanes),
         );
         extent.y = data.n_rows;
-        bake.submitter.dispatch(kernel, &bindings, extent)
+        submitter.dispatch(kernel, &bindings, extent)
     }
 
     /// Dispatches the stages after the row hits: summation and moments.
-    pub(super) fn dispatch_summation(&self, bake: &mut Bake<'_>) -> Result<(), BakeError> {
+    pub(super) fn dispatch_summation(
+        &self,
+        submitter: &mut Submitter<'_>,
+    ) -> Result<(), BakeError> {
         let Self {
             inputs,
             data,
@@ -224,21 +226,17 @@ impl<'a> PassBindings<'a> {
         let [n_u, n_v, n_w] = data.cells;
 
         // The summation only writes the columns within the mesh's bounds.
-        bake.submitter
-            .encoder()
-            .clear_buffer(&buffers.masks, 0, None);
+        submitter.encoder().clear_buffer(&buffers.masks, 0, None);
         let kernel = &kernels.summation;
-        let bindings = bake
-            .submitter
-            .bind(kernel, &[&self.frame, &buffers.counters, &buffers.masks]);
+        let bindings = submitter.bind(kernel, &[&self.frame, &buffers.counters, &buffers.masks]);
         let counter = if inputs.wide { 4 } else { 1 };
         let units = f64::from(WORKGROUP * n_u * 8 * counter * batches);
         let mut extent = linear_extent(n_v * n_w, units);
         extent.y = batches;
-        bake.submitter.dispatch(kernel, &bindings, extent)?;
+        submitter.dispatch(kernel, &bindings, extent)?;
 
         let kernel = &kernels.moments;
-        let bindings = bake.submitter.bind(
+        let bindings = submitter.bind(
             kernel,
             &[
                 &self.frame,
@@ -248,8 +246,7 @@ impl<'a> PassBindings<'a> {
             ],
         );
         let units = f64::from(WORKGROUP * 32 * batches);
-        bake.submitter
-            .dispatch(kernel, &bindings, linear_extent(n_u * n_v * n_w, units))
+        submitter.dispatch(kernel, &bindings, linear_extent(n_u * n_v * n_w, units))
     }
 }
 

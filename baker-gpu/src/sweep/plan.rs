@@ -1,7 +1,7 @@
 //! The division of a grid into work that fits the device's buffers: into bricks of cells, and for
 //! each brick and axis into passes over some rows and blocks of texels.
 
-use aogrid_bake_core::sweep::{self, AxisFrame};
+use aogrid_bake_core::sweep::{self, AxisFrame, texel_idx};
 use aogrid_grid_format::GridSpec;
 
 use super::gpu_data::{MAX_BATCHES, MAX_ROWS, TABLE_LEN};
@@ -121,6 +121,14 @@ impl Pass {
 
     pub(super) fn n_batches(&self) -> u32 {
         self.n_rows * self.n_blocks
+    }
+
+    /// Returns the index of the texel of a bit of a batch's mask, or `None` for a lane beyond the
+    /// side of the face.
+    pub(super) fn texel_idx(&self, size: u32, batch: u32, bit: u32) -> Option<usize> {
+        let b = self.first_row + batch / self.n_blocks;
+        let block = self.first_block + batch % self.n_blocks;
+        texel_idx(size, self.w, b, block as usize, bit as usize)
     }
 }
 
