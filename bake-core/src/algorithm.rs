@@ -55,7 +55,7 @@ pub enum Plan {
     /// Bake by the direction sweep.
     Sweep {
         /// The mesh, prepared for the sweep.
-        mesh: PreparedMesh,
+        mesh: Box<PreparedMesh>,
         /// Texels along a side of a cube face.
         size: u32,
     },
@@ -99,7 +99,10 @@ impl Plan {
             });
         }
         match prepare_sweep(mesh, spec, options, requested.is_none()) {
-            Ok((mesh, size)) => Ok(Self::Sweep { mesh, size }),
+            Ok((mesh, size)) => Ok(Self::Sweep {
+                mesh: Box::new(mesh),
+                size,
+            }),
             Err(reason) if requested.is_some() => Err(PlanError::NoSweep(reason)),
             Err(reason) => Ok(Self::Rays {
                 fallback_reason: Some(reason),

@@ -66,7 +66,7 @@ impl Baker {
                 let sweeper = &mut self.sweeper;
                 let algorithm = PreparedAlgorithm::Sweep {
                     sweeper,
-                    mesh,
+                    mesh: *mesh,
                     size,
                 };
                 (algorithm, None)

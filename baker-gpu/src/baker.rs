@@ -58,7 +58,7 @@ impl Baker {
             match Plan::new(mesh, spec, options, self.requested)? {
                 Plan::Sweep { mesh, size } => {
                     let layers = options.layers_of(&mesh);
-                    let uploaded = Box::new(self.sweeper.upload(mesh)?);
+                    let uploaded = Box::new(self.sweeper.upload(*mesh)?);
                     (
                         layers,
                         Uploaded::Sweep(&mut self.sweeper, uploaded, size),

@@ -34,10 +34,11 @@
 //!    on its own, begins or ends a layer there. The two triangles of an edge cancel unless one
 //!    faces d and the other does not. None of this requires a closed mesh or consistent winding:
 //!    the sum over half-edges is right for any triangles, only fewer edges cancel.
-//! 4. **[Crossings](simd::crossings).** An edge crosses a level at one point, shared by all
-//!    directions of the batch; the first cell that it affects is ⌈u − height·a⌉.
+//! 4. **[Crossings](simd::portable::crossings).** An edge crosses a level at one point, shared by
+//!    all directions of the batch; the first cell that it affects is ⌈u − height·a⌉.
 //! 5. **[Row hits](row_hits)** are found once per axis, in exact integers.
-//! 6. **[Summation](simd::summation)** runs along the row and adds to the cells' moments.
+//! 6. **[Summation](simd::portable::summation)** runs along the row and adds to the cells'
+//!    moments.
 //!
 //! No row ends with a layer that never closes, a *streak*. A triangle crosses a level with two
 //! edges or none, because it has three vertices and each has one rank. The two edges add opposite
@@ -58,8 +59,8 @@
 //! A [`Sweeper`] owns the buffers and is kept between bakes. Moments are integer sums
 //! ([`FaceSums`](aogrid_bake_core::FaceSums)), so neither threads nor tiles nor SIMD levels
 //! change a bit of them. Crossings arrive in the order of edges, all over the grid: their
-//! [deltas](data::DeltaBuffer) are buffered by groups of rows, and each group is counted and summed while it
-//! is in the L1 cache. Counters are bytes; an overflow is detected, and the group is counted
+//! [deltas](data::DeltaBuffer) are buffered by groups of rows, and each group is counted and summed
+//! while it is in the L1 cache. Counters are bytes; an overflow is detected, and the group is counted
 //! again in 32 bits. The [SIMD levels](simd) describe the code for wide registers.
 
 mod batch;

@@ -36,15 +36,16 @@ impl Batch<'_> {
     }
 
     /// Returns the single-precision error, in cells, of the point where an edge passes a row, for
-    /// an edge along which u and w do not change with the level: see [`Line::column_error`].
+    /// an edge along which u and w do not change with the level: see
+    /// [`Line::column_error`](super::line::Line::column_error).
     pub(in crate::sweep) fn rounding(&self) -> f32 {
         let [across_u, across_v] = self.frame.shear;
         let reach = self.mesh.lattice().reach();
         (ROUNDING * reach * (1.0 + across_u) * (1.0 + across_v)) as f32
     }
 
-    /// Returns the [first column](first_columns) of one direction, from the edge's vertices and in
-    /// double precision.
+    /// Returns the [first column](super::line::first_columns) of one direction, from the edge's
+    /// vertices and in double precision.
     #[cold]
     #[inline(never)]
     pub(in crate::sweep) fn exact_column(&self, vertices: [u32; 2], row: u32, z: u32) -> u32 {

@@ -105,7 +105,7 @@ fn add_to(moments: &mut [i32; LANES], addend: __m256i) {
     unsafe { _mm256_storeu_si256(moments.as_mut_ptr().cast(), sum) }
 }
 
-/// Adds as [`summation::MaskLookup::accumulate`](super::portable::summation::MaskLookup::accumulate),
+/// Adds as [`MaskLookup::accumulate`](crate::sweep::simd::portable::summation::MaskLookup),
 /// eight cells at a time. The bits of their masks select entries of tables in registers.
 #[target_feature(enable = "avx2")]
 #[inline]

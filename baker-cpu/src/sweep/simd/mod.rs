@@ -13,7 +13,7 @@
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
-mod portable;
+pub(super) mod portable;
 
 use aogrid_bake_core::PreparedMesh;
 

@@ -1,4 +1,5 @@
-//! Silhouettes of sixteen edges at a time: the SIMD version of [`silhouettes::find`](crate::sweep::simd::silhouettes::find).
+//! Silhouettes of sixteen edges at a time: the SIMD version of
+//! [`silhouettes::find`](crate::sweep::simd::portable::silhouettes::find).
 
 #![allow(
     unsafe_code,
@@ -12,8 +13,8 @@ use aogrid_bake_core::sweep::LANES;
 use super::{append_facings, append_pairs, load_pairs, prefetch, unsigned};
 use crate::sweep::data::{SilhouetteList, SilhouetteSearch, TriangleFacing};
 
-/// Searches as [`silhouettes::find`](crate::sweep::simd::silhouettes::find): silhouettes are gathered until there are
-/// sixteen, and then distributed to the lists of all texel rows.
+/// Searches as [`silhouettes::find`](crate::sweep::simd::portable::silhouettes::find): silhouettes
+/// are gathered until there are sixteen, and then distributed to the lists of all texel rows.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
 #[inline]
 pub(super) fn find(search: SilhouetteSearch<'_>) {

@@ -297,7 +297,7 @@ fn rank(levels: &Levels, fractions: Table, q: __m512) -> __m512i {
     _mm512_add_epi32(whole, below)
 }
 
-/// Collects as [`crossings::collect`](crate::sweep::simd::crossings::collect), sixteen edges at a time.
+/// Collects as [`collect`](crate::sweep::simd::portable::crossings::collect), sixteen edges at a time.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
 #[inline]
 fn collect(chunk: &SilhouetteChunk<'_>, edges: &mut EdgeBuffer) {

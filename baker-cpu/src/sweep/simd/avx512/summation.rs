@@ -1,5 +1,5 @@
 //! Moments of the masks of sixteen cells at a time: the SIMD version of
-//! [`MaskLookup::accumulate`](crate::sweep::simd::summation::MaskLookup::accumulate).
+//! [`MaskLookup::accumulate`](crate::sweep::simd::portable::summation::MaskLookup).
 
 #![allow(
     unsafe_code,
@@ -25,7 +25,7 @@ fn add_to(moments: &mut [i32; LANES], addend: __m512i) {
     store(_mm512_add_epi32(ints(moments), addend), moments);
 }
 
-/// Adds as [`summation::MaskLookup::accumulate`](crate::sweep::simd::summation::MaskLookup::accumulate),
+/// Adds as [`MaskLookup::accumulate`](crate::sweep::simd::portable::summation::MaskLookup),
 /// sixteen cells at a time. The bits of their masks select entries of tables in registers.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
 #[inline]
