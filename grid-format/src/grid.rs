@@ -145,11 +145,12 @@ impl Grid {
     /// Decodes all texels, x fastest, with the [channels](Encoding::channel_names) as stored.
     pub fn decode(&self) -> Vec<f32> {
         let channels = self.encoding.channels();
-        let texels = self.texels.chunks_exact(self.texel_bytes());
-        texels
-            .map(|texel| self.encoding.values(self.format, texel))
-            .flat_map(|values| values.into_iter().take(channels))
-            .collect()
+        let mut decoded = Vec::with_capacity(channels * self.spec.cell_count());
+        for texel in self.texels.chunks_exact(self.texel_bytes()) {
+            let values = self.encoding.values(self.format, texel);
+            decoded.extend_from_slice(&values[..channels]);
+        }
+        decoded
     }
 }
 

@@ -104,7 +104,7 @@ impl TexelFormat {
     }
 
     // `push` and `read` run once a channel: their branches, the same for all cells, must fold into
-    // the caller's loop. Left to the compiler, encoding of 8-bit cones takes twice as long.
+    // the caller's loop.
 
     /// Appends the bytes of a value.
     #[inline(always)]

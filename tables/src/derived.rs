@@ -5,8 +5,9 @@ use crate::generated::clip_master;
 use crate::table::MergeTable;
 
 /// Returns 1 − AO of `T_clip`, the factor that a renderer multiplies ambient light by, in a quarter
-/// of the memory of [`clip_texels`](crate::clip_texels). [`ClipTable::SIZE`](crate::ClipTable::SIZE) texels, x fastest, tightly packed,
-/// little-endian; one channel (`r16float` or `r8unorm`).
+/// of the memory of [`clip_texels`](crate::clip_texels).
+/// [`ClipTable::SIZE`](crate::ClipTable::SIZE) texels, x fastest, tightly packed, little-endian;
+/// one channel (`r16float` or `r8unorm`).
 pub fn transmittance_texels(format: Format) -> Vec<u8> {
     let transmittance = |[occlusion, _, _]: [f32; 3]| 1.0 - occlusion;
     format.encode(clip_master().into_iter().map(transmittance))

@@ -12,8 +12,8 @@ static MERGE_F32: &[u8] = payload(include_bytes!("generated/t_merge.f32"));
 static MERGE_F16: &[u8] = payload(include_bytes!("generated/t_merge.r16float"));
 static MERGE_UNORM8: &[u8] = payload(include_bytes!("generated/t_merge.r8unorm"));
 
-/// Returns the texels of `T_clip` to upload: [`ClipTable::SIZE`](crate::ClipTable::SIZE) of them, x fastest, tightly
-/// packed, little-endian. Channels: AO, a′, f, 1.
+/// Returns the texels of `T_clip` to upload: [`ClipTable::SIZE`](crate::ClipTable::SIZE) of them, x
+/// fastest, tightly packed, little-endian. Channels: AO, a′, f, 1.
 #[inline]
 pub fn clip_texels(format: Format) -> &'static [u8] {
     match format {
@@ -22,8 +22,8 @@ pub fn clip_texels(format: Format) -> &'static [u8] {
     }
 }
 
-/// Returns the texels of `T_merge` to upload: [`MergeTable::SIZE`](crate::MergeTable::SIZE) of them, x fastest, tightly
-/// packed, little-endian. One channel, the union.
+/// Returns the texels of `T_merge` to upload: [`MergeTable::SIZE`](crate::MergeTable::SIZE) of them,
+/// x fastest, tightly packed, little-endian. One channel, the union.
 #[inline]
 pub fn merge_texels(format: Format) -> &'static [u8] {
     match format {

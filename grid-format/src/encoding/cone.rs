@@ -18,9 +18,9 @@ impl Facts for Cone {
 
     #[inline(always)]
     fn push_cell(format: TexelFormat, [x, y, z, a]: [f32; 4], out: &mut Vec<u8>) {
-        format.push(Signed, x, out);
-        format.push(Signed, y, out);
-        format.push(Signed, z, out);
+        for d in [x, y, z] {
+            format.push(Signed, d, out);
+        }
         format.push(Unit, a, out);
     }
 
