@@ -119,100 +119,83 @@ const fn scale(nodes: usize) -> f32 {
     (nodes - 1) as f32 / nodes as f32
 }
 
+/// The names of constants of type f32 and their values in WGSL.
+macro_rules! floats {
+    ($($name:ident),+) => {
+        &[$((stringify!($name), format!("{:?}", $name))),+]
+    };
+}
+
+/// The same of type u32.
+macro_rules! unsigned {
+    ($($name:ident),+) => {
+        &[$((stringify!($name), format!("{}u", $name))),+]
+    };
+}
+
+/// Writes constants, behind a comment unless that is empty.
+fn write_group(text: &mut String, comment: &str, lines: &[(&str, String)]) {
+    if !comment.is_empty() {
+        let _ = writeln!(text, "// {comment}");
+    }
+    for (name, value) in lines {
+        let _ = writeln!(text, "const {name} = {value};");
+    }
+}
+
 /// Returns the text that `constants.wgsl` must hold.
 pub fn constants() -> String {
     let mut text = String::from(
         "// aogrid: constants of the shading library, generated from Rust (`runtime/src/wgsl.rs`).\n\n",
     );
-    let mut group = |comment: &str, lines: &[(&str, String)]| {
-        if !comment.is_empty() {
-            let _ = writeln!(text, "// {comment}");
-        }
-        for (name, value) in lines {
-            let _ = writeln!(text, "const {name} = {value};");
-        }
-    };
-    let float = |value: f32| format!("{value:?}");
+    let mut group = |comment, lines: &[_]| write_group(&mut text, comment, lines);
     group(
         "T_clip has nodes at both ends of its axes: x is looked up at x * SCALE + OFFSET.",
-        &[
-            (
-                "AOGRID_CLIP_FRACTION_SCALE",
-                float(AOGRID_CLIP_FRACTION_SCALE),
-            ),
-            (
-                "AOGRID_CLIP_FRACTION_OFFSET",
-                float(AOGRID_CLIP_FRACTION_OFFSET),
-            ),
-        ],
+        floats!(AOGRID_CLIP_FRACTION_SCALE, AOGRID_CLIP_FRACTION_OFFSET),
     );
     group(
         "The same for (cos beta + 1) / 2, with cos beta as the argument.",
-        &[
-            ("AOGRID_CLIP_COS_SCALE", float(AOGRID_CLIP_COS_SCALE)),
-            ("AOGRID_CLIP_COS_OFFSET", float(AOGRID_CLIP_COS_OFFSET)),
-        ],
+        floats!(AOGRID_CLIP_COS_SCALE, AOGRID_CLIP_COS_OFFSET),
     );
     group(
         "The same for T_merge: fractions AO/2 with 1 - AO as the argument, and gamma / pi with gamma.",
-        &[
-            (
-                "AOGRID_MERGE_FRACTION_SCALE",
-                float(AOGRID_MERGE_FRACTION_SCALE),
-            ),
-            (
-                "AOGRID_MERGE_FRACTION_OFFSET",
-                float(AOGRID_MERGE_FRACTION_OFFSET),
-            ),
-            ("AOGRID_MERGE_ANGLE_SCALE", float(AOGRID_MERGE_ANGLE_SCALE)),
-            (
-                "AOGRID_MERGE_ANGLE_OFFSET",
-                float(AOGRID_MERGE_ANGLE_OFFSET),
-            ),
-        ],
+        floats!(
+            AOGRID_MERGE_FRACTION_SCALE,
+            AOGRID_MERGE_FRACTION_OFFSET,
+            AOGRID_MERGE_ANGLE_SCALE,
+            AOGRID_MERGE_ANGLE_OFFSET
+        ),
     );
     group(
         "The squared length below which an axis is rounding noise and counts as no axis.",
-        &[("AOGRID_AXIS_EPSILON", float(AOGRID_AXIS_EPSILON))],
+        floats!(AOGRID_AXIS_EPSILON),
     );
     group(
         "Keeps the closed form of T_clip finite where the tangent plane touches the cone's rim.",
-        &[("AOGRID_RIM_EPSILON", float(AOGRID_RIM_EPSILON))],
+        floats!(AOGRID_RIM_EPSILON),
     );
     group(
         "The lower bound for fractions and cosines used as divisors; smaller values count as zero.",
-        &[("AOGRID_FRACTION_EPSILON", float(AOGRID_FRACTION_EPSILON))],
+        floats!(AOGRID_FRACTION_EPSILON),
     );
     group(
         "The environment map: its last level, whose cones are hemispheres, and the rows of level 0.",
-        &[
-            (
-                "AOGRID_ENVIRONMENT_LAST_LEVEL",
-                float(AOGRID_ENVIRONMENT_LAST_LEVEL),
-            ),
-            (
-                "AOGRID_ENVIRONMENT_HEIGHT",
-                float(AOGRID_ENVIRONMENT_HEIGHT),
-            ),
-        ],
+        floats!(AOGRID_ENVIRONMENT_LAST_LEVEL, AOGRID_ENVIRONMENT_HEIGHT),
     );
     group(
         "The id that stands for no object.",
-        &[("AOGRID_NO_OBJECT", format!("{AOGRID_NO_OBJECT}u"))],
+        unsigned!(AOGRID_NO_OBJECT),
     );
     group(
         "Tiles: the side in pixels, the maximum number of words (32 occluders) in a list, the lists.",
-        &[
-            ("AOGRID_TILE", format!("{AOGRID_TILE}u")),
-            ("AOGRID_TILE_WORDS", format!("{AOGRID_TILE_WORDS}u")),
-            ("AOGRID_LIST_OPAQUE", format!("{AOGRID_LIST_OPAQUE}u")),
-            (
-                "AOGRID_LIST_ALL_DEPTHS",
-                format!("{AOGRID_LIST_ALL_DEPTHS}u"),
-            ),
-        ],
+        unsigned!(
+            AOGRID_TILE,
+            AOGRID_TILE_WORDS,
+            AOGRID_LIST_OPAQUE,
+            AOGRID_LIST_ALL_DEPTHS
+        ),
     );
-    group("", &[("AOGRID_PI", float(AOGRID_PI))]);
+    group("", floats!(AOGRID_PI));
     text
 }
 

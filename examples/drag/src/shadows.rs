@@ -70,8 +70,12 @@ impl Shadows {
         grids: &[Grid],
         gbuffer: GBufferFormat,
     ) -> Result<Self, Box<dyn Error>> {
-        // Only scalar occlusion needs receiver ids; cones tell self-occlusion by the normal.
-        let by_raster = |mode, receivers, output, target| {
+        let by_raster = |mode, output, target| {
+            // Only scalar occlusion needs receiver ids; cones tell self-occlusion by the normal.
+            let receivers = match mode {
+                Mode::Occlusion => Receivers::Ids,
+                Mode::Cone => Receivers::None,
+            };
             let descriptor = OcclusionPassDescriptor {
                 label: format!("{mode:?}"),
                 mode,
@@ -106,18 +110,8 @@ impl Shadows {
             .iter()
             .map(|grid| GridTexture::new(device, queue, grid, "grid"));
         Ok(Self {
-            occlusion: by_raster(
-                Mode::Occlusion,
-                Receivers::Ids,
-                Output::Transmittance,
-                DARKENED,
-            )?,
-            multiply: by_raster(
-                Mode::Cone,
-                Receivers::None,
-                Output::TransmittanceAndAxis,
-                BLENDED,
-            )?,
+            occlusion: by_raster(Mode::Occlusion, Output::Transmittance, DARKENED)?,
+            multiply: by_raster(Mode::Cone, Output::TransmittanceAndAxis, BLENDED)?,
             merge: MergePass::new(device, queue, merge)?,
             tiled_multiply: in_tiles(Combine::Multiply)?,
             tiled_merge: in_tiles(Combine::Merge)?,

@@ -4,18 +4,19 @@
 //! cargo run --release -p aogrid-runtime --example transparent -- glass.png
 //! ```
 
+mod models;
+
 use std::error::Error;
 
-use aogrid_bake_core::models::Model;
-use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, post};
 use aogrid_gpu_support::{Gpu, attachment};
-use aogrid_grid_format::{Grid, Source};
+use aogrid_grid_format::Grid;
 use aogrid_runtime::{
     Combine, GBufferFormat, GBufferViews, GridAtlas, Instance, Mode, Normals, Output, Positions,
     Receivers, TiledFrame, TiledPass, TiledPassDescriptor, wgsl,
 };
 use glam::camera::rh::{proj::directx, view};
 use glam::{Mat4, Vec3};
+use models::{Vertex, models, pane};
 
 /// The image's width and height.
 const SIZE: [u32; 2] = [640, 400];
@@ -26,9 +27,6 @@ const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 const CLEAR: wgpu::LoadOp<wgpu::Color> = wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT);
-
-/// Position and normal.
-type Vertex = [[f32; 3]; 2];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args()
@@ -134,69 +132,6 @@ fn prepare(
     Ok(tiled)
 }
 
-/// The grids, the instances with the index of their grid, and all opaque triangles in world space.
-type Models = (Vec<Grid>, Vec<(usize, Instance)>, Vec<Vertex>);
-
-/// Returns a ring of objects on a floor, with their baked grids.
-fn models() -> Result<Models, Box<dyn Error>> {
-    const COUNT: usize = 16;
-    let meshes = [Model::Torus.mesh(None)?, Model::Table.mesh(None)?];
-    let mut grids = vec![];
-    for mesh in &meshes {
-        let (placement, options) = (Placement::default(), BakeOptions::recommended());
-        let spec = placement.place(&mesh.bounds())?;
-        let raw = aogrid_baker_cpu::bake(mesh, spec, &options, UNOBSERVED)?;
-        let source = Source {
-            name: "sample".into(),
-            part: None,
-            blake3: "0".repeat(64),
-            triangles: mesh.triangles().len() as u64,
-        };
-        grids.push(post::finish(raw, &placement, &options, source)?);
-    }
-    let (mut occluders, mut vertices) = (vec![], vec![]);
-    vertices.extend(quad(
-        [
-            Vec3::new(-4.0, 0.0, 4.0),
-            Vec3::new(4.0, 0.0, 4.0),
-            Vec3::new(4.0, 0.0, -4.0),
-        ],
-        Vec3::Y,
-    ));
-    for i in 0..COUNT {
-        let angle = i as f32 / COUNT as f32 * std::f32::consts::TAU;
-        let ring = if i % 2 == 0 { 1.45 } else { 0.8 };
-        let at = Vec3::new(ring * angle.cos(), 0.0, ring * angle.sin());
-        let world_from_object = Mat4::from_translation(at)
-            * Mat4::from_rotation_y(angle)
-            * Mat4::from_scale(Vec3::splat(0.32));
-        occluders.push((i % 2, Instance::at(world_from_object.to_cols_array_2d())));
-        for corners in meshes[i % 2].corners() {
-            let [a, b, c] = corners.map(|p| world_from_object.transform_point3(p.into()));
-            let n = (b - a).cross(c - a).normalize_or_zero();
-            vertices.extend([a, b, c].map(|p| [p.to_array(), n.to_array()]));
-        }
-    }
-    Ok((grids, occluders, vertices))
-}
-
-/// Returns a pane across the ring that faces +z.
-fn pane() -> [Vertex; 6] {
-    let [left, right, bottom, top, z] = [-1.1, 1.1, 0.02, 0.7, 0.54];
-    let corners = [
-        Vec3::new(left, bottom, z),
-        Vec3::new(right, bottom, z),
-        Vec3::new(right, top, z),
-    ];
-    quad(corners, Vec3::Z)
-}
-
-/// Returns the triangles of a parallelogram, given three of its corners.
-fn quad([a, b, c]: [Vec3; 3], normal: Vec3) -> [Vertex; 6] {
-    let d = a + c - b;
-    [a, b, c, a, c, d].map(|p| [p.to_array(), normal.to_array()])
-}
-
 struct Pipelines {
     gbuffer: wgpu::RenderPipeline,
     opaque: wgpu::RenderPipeline,
@@ -215,65 +150,29 @@ impl Pipelines {
         });
         let entries = [uniform_entry(0), texture_entry(1), texture_entry(2)];
         let (camera, all) = (layout(device, &entries[..1]), layout(device, &entries));
-        let blend = Some(wgpu::BlendState::ALPHA_BLENDING);
-        let plain = |format: wgpu::TextureFormat| Some(format.into());
-        let depth_state = |compare, writes| wgpu::DepthStencilState {
-            format: DEPTH,
-            depth_write_enabled: Some(writes),
-            depth_compare: Some(compare),
-            stencil: Default::default(),
-            bias: Default::default(),
+        let pipeline = |layouts: &[&wgpu::BindGroupLayout], entry_points, targets: &[_], depth| {
+            pipeline(device, &module, layouts, entry_points, targets, depth)
         };
-        let make =
-            |layouts: &[&wgpu::BindGroupLayout], entry_points: [&str; 2], targets: &[_], depth| {
-                let layouts: Vec<_> = layouts.iter().copied().map(Some).collect();
-                let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                    label: None,
-                    bind_group_layouts: &layouts,
-                    immediate_size: 0,
-                });
-                let has_vertices = entry_points[0] == "surface";
-                device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                    label: Some(entry_points[1]),
-                    layout: Some(&layout),
-                    vertex: wgpu::VertexState {
-                        module: &module,
-                        entry_point: Some(entry_points[0]),
-                        compilation_options: Default::default(),
-                        buffers: if has_vertices { &[VERTICES] } else { &[] },
-                    },
-                    primitive: Default::default(),
-                    depth_stencil: Some(depth),
-                    multisample: Default::default(),
-                    fragment: Some(wgpu::FragmentState {
-                        module: &module,
-                        entry_point: Some(entry_points[1]),
-                        compilation_options: Default::default(),
-                        targets,
-                    }),
-                    multiview_mask: None,
-                    cache: None,
-                })
-            };
-        use wgpu::CompareFunction::{Always, Less};
+        let plain = |format: wgpu::TextureFormat| Some(format.into());
         let glass = wgpu::ColorTargetState {
-            blend,
+            blend: Some(wgpu::BlendState::ALPHA_BLENDING),
             ..PICTURE.into()
         };
+        use wgpu::CompareFunction::{Always, Less};
         Self {
-            gbuffer: make(
+            gbuffer: pipeline(
                 &[&camera],
                 ["surface", "gbuffer"],
                 &[plain(FLOATS), plain(HALVES)],
                 depth_state(Less, true),
             ),
-            opaque: make(
+            opaque: pipeline(
                 &[&all],
                 ["whole_screen", "opaque"],
                 &[plain(PICTURE)],
                 depth_state(Always, false),
             ),
-            glass: make(
+            glass: pipeline(
                 &[&all, lists],
                 ["surface", "glass"],
                 &[Some(glass)],
@@ -320,6 +219,57 @@ impl Pipelines {
             [camera.as_entire_binding(), occlusion, normals],
         )
     }
+}
+
+fn depth_state(compare: wgpu::CompareFunction, writes: bool) -> wgpu::DepthStencilState {
+    wgpu::DepthStencilState {
+        format: DEPTH,
+        depth_write_enabled: Some(writes),
+        depth_compare: Some(compare),
+        stencil: Default::default(),
+        bias: Default::default(),
+    }
+}
+
+/// Compiles a pipeline from the entry points of its vertex and fragment shaders.
+fn pipeline(
+    device: &wgpu::Device,
+    module: &wgpu::ShaderModule,
+    layouts: &[&wgpu::BindGroupLayout],
+    [vertex, fragment]: [&str; 2],
+    targets: &[Option<wgpu::ColorTargetState>],
+    depth: wgpu::DepthStencilState,
+) -> wgpu::RenderPipeline {
+    let layouts: Vec<_> = layouts.iter().copied().map(Some).collect();
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: None,
+        bind_group_layouts: &layouts,
+        immediate_size: 0,
+    });
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(fragment),
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some(vertex),
+            compilation_options: Default::default(),
+            buffers: match vertex {
+                "surface" => &[VERTICES],
+                _ => &[],
+            },
+        },
+        primitive: Default::default(),
+        depth_stencil: Some(depth),
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some(fragment),
+            compilation_options: Default::default(),
+            targets,
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
 }
 
 const VERTICES: Option<wgpu::VertexBufferLayout<'static>> = Some(wgpu::VertexBufferLayout {

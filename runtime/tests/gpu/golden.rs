@@ -1,11 +1,11 @@
 use std::path::{Path, PathBuf};
 
+use aogrid_gpu_support::gpu;
 use aogrid_runtime::{GBufferFormat, Mode, OcclusionPassDescriptor, Receivers};
 use image::GrayImage;
 
 use crate::raster::{Scene, descriptor, faded, world_and_signed};
 use crate::scene::{SIZE, orthographic, perspective};
-use aogrid_gpu_support::gpu;
 
 /// The largest allowed difference, in levels of 255. Rounding to bytes gives half a level on either
 /// side; transmittances add none, since they agree to 1e-5 wherever they are computed.

@@ -1,3 +1,4 @@
+use aogrid_gpu_support::Gpu;
 use aogrid_grid_format::{Grid, TexelFormat};
 use aogrid_runtime::shading::*;
 use aogrid_runtime::{
@@ -10,7 +11,6 @@ use glam::Mat4;
 use crate::grids::{faded_ball_in, other_spec, spec};
 use crate::raster::world_and_signed;
 use crate::scene::{GBuffer, gbuffer_of, surfaces, transforms};
-use aogrid_gpu_support::Gpu;
 
 /// A scene of occluders with several grids, over a G-buffer.
 pub struct ManyOccluders {

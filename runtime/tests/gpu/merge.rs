@@ -1,3 +1,4 @@
+use aogrid_gpu_support::{Gpu, gpu, gpu_with};
 use aogrid_grid_format::{Encoding, TexelFormat};
 use aogrid_runtime::{
     Combine, DepthTest, Frame, GBufferFormat, GridTexture, Instance, MergePass,
@@ -10,7 +11,6 @@ use crate::many::{
 };
 use crate::raster::world_and_signed;
 use crate::scene::{SIZE, orthographic, perspective, reversed};
-use aogrid_gpu_support::{Gpu, gpu, gpu_with};
 
 /// The error of one merge on floats: an angle computed from its cosine near 0, √(2ε) for a few
 /// roundings ε = 1e-6, times 1/π of AO per radian. Axes next to f's jump turn by less.

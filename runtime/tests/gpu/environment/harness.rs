@@ -1,0 +1,203 @@
+use std::sync::LazyLock;
+
+use aogrid_gpu_support::Gpu;
+use aogrid_runtime::{AogridEnvironment, EnvironmentMap, EnvironmentTexture, Up, wgsl};
+use glam::Vec3;
+
+/// The kernel that calls the library's functions, one input per thread.
+const KERNEL: &str = "
+@group(0) @binding(0) var<uniform> environment: AogridEnvironment;
+@group(0) @binding(1) var radiance: texture_2d<f32>;
+@group(0) @binding(2) var radiance_sampler: sampler;
+@group(0) @binding(3) var<storage, read> inputs: array<array<vec4f, 4>>;
+@group(0) @binding(4) var<storage, read_write> outputs: array<vec4f>;
+
+@compute @workgroup_size(64)
+fn evaluate(@builtin(global_invocation_id) id: vec3u) {
+    // Every binding is used, so that the layout is the same for all bodies.
+    let used = environment.scale + textureSampleLevel(radiance, radiance_sampler, vec2f(), 0.0);
+    if id.x < arrayLength(&inputs) && used.x >= 0.0 {
+        let i = inputs[id.x];
+        outputs[id.x] = value(i[0], i[1], i[2], i[3]);
+    }
+}
+";
+
+/// The four vector arguments of a call.
+pub(super) type Input = [[f32; 4]; 4];
+
+/// A device and an environment, to evaluate single functions of the library with.
+pub(super) struct Harness<'a> {
+    pub gpu: &'a Gpu,
+    pub map: EnvironmentMap,
+    pub environment: AogridEnvironment,
+}
+
+/// Returns [`bright_patch`], prefiltered once for all tests.
+pub(super) fn sky() -> EnvironmentMap {
+    static SKY: LazyLock<EnvironmentMap> = LazyLock::new(bright_patch);
+    SKY.clone()
+}
+
+/// Returns a sky with a bright patch, over colored ground.
+fn bright_patch() -> EnvironmentMap {
+    const SKY: [usize; 2] = [64, 32];
+    let texel = |idx: usize| {
+        let (x, y) = (idx % SKY[0], idx / SKY[0]);
+        let across = (x as f32 / SKY[0] as f32 * std::f32::consts::TAU).sin();
+        match (x, y) {
+            (40..44, 8..10) => [20.0, 18.0, 14.0],
+            (_, 0..16) => [0.4 + 0.2 * across, 0.6, 1.0 - 0.03 * y as f32],
+            _ => [0.3, 0.25 + 0.1 * across, 0.1],
+        }
+    };
+    let texels: Vec<_> = (0..SKY[0] * SKY[1]).map(texel).collect();
+    EnvironmentMap::new(SKY, &texels).unwrap()
+}
+
+impl<'a> Harness<'a> {
+    pub fn new(gpu: &'a Gpu) -> Self {
+        Self {
+            gpu,
+            map: sky(),
+            environment: AogridEnvironment::new(Up::Z, 0.7).scaled([1.0, 0.8, 1.5]),
+        }
+    }
+
+    /// Returns the values of `fn value(p: vec4f, q: vec4f, r: vec4f, s: vec4f) -> vec4f` with this
+    /// body.
+    fn run(&self, body: &str, inputs: &[Input]) -> Vec<[f32; 4]> {
+        let Gpu { device, queue, .. } = self.gpu;
+        let function =
+            format!("fn value(p: vec4f, q: vec4f, r: vec4f, s: vec4f) -> vec4f {{ {body} }}");
+        let source = [wgsl::SHADING, wgsl::ENVIRONMENT, KERNEL, &function].concat();
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("test"),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        });
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some("test"),
+            layout: None,
+            module: &module,
+            entry_point: Some("evaluate"),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        let texture = EnvironmentTexture::new(device, queue, &self.map, "test");
+        let uniform = self.gpu.storage(bytemuck::bytes_of(&self.environment));
+        let input_buffer = self.gpu.storage(bytemuck::cast_slice(inputs));
+        let outputs = self.gpu.storage(&vec![0; inputs.len() * 16]);
+        let resources = [
+            uniform.as_entire_binding(),
+            wgpu::BindingResource::TextureView(texture.view()),
+            wgpu::BindingResource::Sampler(texture.sampler()),
+            input_buffer.as_entire_binding(),
+            outputs.as_entire_binding(),
+        ];
+        let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
+        let entries: Vec<_> = (0..).zip(resources).map(entry).collect();
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("test"),
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        });
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.dispatch_workgroups(inputs.len().div_ceil(64) as u32, 1, 1);
+        drop(pass);
+        queue.submit([encoder.finish()]);
+        bytemuck::pod_collect_to_vec(&self.gpu.read_buffer(&outputs))
+    }
+
+    /// Returns the largest difference from the CPU twin.
+    pub fn max_difference(
+        &self,
+        body: &str,
+        inputs: &[Input],
+        twin: impl Fn(&Input) -> [f32; 4],
+    ) -> f32 {
+        let found = self.run(body, inputs);
+        assert!(found.iter().any(|v| *v != found[0]), "nothing was compared");
+        let mut worst = 0.0_f32;
+        for (input, found) in inputs.iter().zip(found) {
+            let expected = twin(input);
+            for c in 0..4 {
+                let difference = (found[c] - expected[c]).abs();
+                assert!(!difference.is_nan(), "{input:?}: {found:?}");
+                worst = worst.max(difference);
+            }
+        }
+        println!("{body}: off by at most {worst}");
+        worst
+    }
+
+    /// Returns the error that a filter weight's error causes between the steepest texels: level 0
+    /// rises to the patch, 20, within a cone's 10°, fourteen texels; scaled by up to 1.5; on two
+    /// levels.
+    pub fn filter_error(&self) -> f32 {
+        2.0 * self.gpu.weight_error(false) * 20.0 / 14.0 * 1.5
+    }
+}
+
+/// Returns the sphere's axes, then directions all over it.
+fn direction(idx: usize) -> [f32; 3] {
+    const AXES: [Vec3; 6] = [
+        Vec3::X,
+        Vec3::NEG_X,
+        Vec3::Y,
+        Vec3::NEG_Y,
+        Vec3::Z,
+        Vec3::NEG_Z,
+    ];
+    if let Some(axis) = AXES.get(idx) {
+        return axis.to_array();
+    }
+    let z = 1.0 - 2.0 * (idx as f32 * 0.754_877_7).fract();
+    let (sin, cos) = (idx as f32 * 2.399_963_2).sin_cos();
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    [r * cos, r * sin, z]
+}
+
+/// Returns inputs of a normal, an occluded cone above its horizon, a mirrored direction and a
+/// lobe's fraction.
+pub(super) fn receivers() -> Vec<Input> {
+    let receiver = |idx: usize| {
+        let normal = Vec3::from(direction(idx));
+        let above = |salt: usize| {
+            let d = Vec3::from(direction((idx * 31 + salt) % 4099 + 6));
+            (d + 1.01 * normal).normalize()
+        };
+        let occlusion = match idx % 16 {
+            0 => 0.0,
+            1 => 1.0,
+            _ => (idx as f32 * 0.618_034).fract(),
+        };
+        // The sum of occluders on one side, or on several.
+        let sum = 0.5 * occlusion * above(1) * [1.0, 0.8, 0.3][idx % 3];
+        let lobe = 0.5 * 4.0_f32.powf(-4.0 * (idx as f32 * 0.381_966).fract());
+        [
+            normal.extend(0.0).to_array(),
+            sum.extend(1.0 - occlusion).to_array(),
+            above(2).extend(0.0).to_array(),
+            [lobe, 0.0, 0.0, 0.0],
+        ]
+    };
+    (0..4096).map(receiver).collect()
+}
+
+pub(super) fn xyz([x, y, z, _]: [f32; 4]) -> [f32; 3] {
+    [x, y, z]
+}
+
+pub(super) fn with([x, y, z]: [f32; 3], w: f32) -> [f32; 4] {
+    [x, y, z, w]
+}
+
+/// The rounding of numbers up to 2, in another order or fused, and of a few sines.
+pub(super) const ROUNDING: f32 = 4e-6;
+
+/// The error that WGSL allows atan2: 4096 units in the last place of an angle up to π. Devices are
+/// more accurate.
+pub(super) const ARC_TANGENT_ERROR: f32 = 4096.0 * 2.4e-7;
