@@ -6,7 +6,7 @@ mod merging;
 use aogrid_gpu_support::gpu;
 use aogrid_grid_format::{Encoding, TexelFormat};
 use aogrid_runtime::shading::*;
-use aogrid_runtime::{CpuTexture, Instance};
+use aogrid_runtime::{AogridOccluder, CpuTexture, Instance};
 
 use crate::grids::{ball, faded_ball, spec};
 use harness::{Harness, Input};
