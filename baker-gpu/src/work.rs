@@ -206,11 +206,11 @@ impl<'a> Submitter<'a> {
         }
         drop(done);
         poll(self.context, wgpu::PollType::wait_indefinitely())?;
-        if staging.iter().any(|_| mapped.try_recv() != Ok(true)) {
+        if staging.iter().any(|_| !is_mapped(&mapped)) {
             self.check()?;
-            return Err(lost(self.context));
+            return Err(lost(self.context, "it stopped responding"));
         }
-        let unreadable = |_| lost(self.context);
+        let unreadable = |_| lost(self.context, "it stopped responding");
         let bytes = |b: &Buffer| Ok(b.get_mapped_range(..).map_err(unreadable)?.to_vec());
         staging.iter().map(bytes).collect()
     }
@@ -224,7 +224,9 @@ impl<'a> Submitter<'a> {
         self.scopes = Some(push_scopes(self.context));
         match result {
             // On a lost device every call fails validation.
-            Err(BakeError::Refused(_)) if is_lost(self.context) => Err(lost(self.context)),
+            Err(BakeError::Refused(_)) if is_lost(self.context) => {
+                Err(lost(self.context, "it stopped responding"))
+            }
             result => result,
         }
     }
@@ -291,15 +293,21 @@ fn poll(context: &Context, poll_type: wgpu::PollType) -> Result<(), BakeError> {
         Ok(Err(wgpu::PollError::Timeout)) => {
             Err(BakeError::Hung(u64::from(MAX_WAITS) * WAIT.as_secs()))
         }
-        Ok(Err(_)) | Err(_) => Err(lost(context)),
+        Ok(Err(error)) => Err(lost(context, &error.to_string())),
+        Err(_) => Err(lost(context, "it stopped responding")),
     }
 }
 
-fn lost(context: &Context) -> BakeError {
-    BakeError::Lost(match context.lost_reason() {
-        Some(reason) => reason.clone(),
-        None => "it stopped responding".into(),
-    })
+/// Returns the reason that the device gave for its loss, or `otherwise`.
+fn lost(context: &Context, otherwise: &str) -> BakeError {
+    let reason = context.lost_reason().cloned();
+    BakeError::Lost(reason.unwrap_or_else(|| otherwise.to_owned()))
+}
+
+/// Whether the next buffer of a poll that has returned is mapped. If several threads use a device,
+/// another one's poll may have taken the callback and not called it yet: so this waits a little.
+fn is_mapped(mapped: &mpsc::Receiver<bool>) -> bool {
+    mapped.recv_timeout(WAIT) == Ok(true)
 }
 
 /// Whether the device is lost: probed by creating and mapping a small buffer, which a working
@@ -318,5 +326,5 @@ fn is_lost(context: &Context) -> bool {
     });
     let polled = poll(context, wgpu::PollType::wait_indefinitely());
     let _ = pop_scopes(Some(scopes));
-    polled.is_err() || mapped.try_recv() != Ok(true)
+    polled.is_err() || !is_mapped(&mapped)
 }

@@ -28,6 +28,8 @@ mod interchange;
 mod interior;
 /// The allowed dependencies between crates.
 mod layering;
+/// Licenses of what the project depends on.
+mod licenses;
 /// Several occluders, multiplied and merged, against ray tracing.
 mod merge;
 /// Real meshes made by others.

@@ -72,15 +72,6 @@ pub(super) fn describe(job: &Job<'_>, instance: &Instance) -> String {
     format!("{}: `{}`", job.scene.path.display(), instance.name)
 }
 
-/// Returns a function from a receiver's id to its layers; all layers if the id is unknown.
-pub(super) fn receiver_layers<'a>(job: &Job<'a>) -> impl Fn(u32) -> u32 + use<'a> {
-    let instances = &job.scene.instances;
-    move |id| {
-        let instance = instances.iter().find(|instance| instance.id == id);
-        instance.map_or(u32::MAX, |instance| instance.layers)
-    }
-}
-
 /// Converts an instance to the runtime's type, without the excluded receivers, of which a scene may
 /// name more than fit into a uniform.
 pub(super) fn runtime_instance(instance: &Instance) -> aogrid_runtime::Instance {

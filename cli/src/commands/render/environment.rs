@@ -16,7 +16,7 @@ use aogrid_runtime::{AogridEnvironment, CpuTexture, EnvironmentMap};
 use aogrid_scene::reference::Receiver;
 use rayon::prelude::*;
 
-use super::casters::{Caster, GridShading, casters, receiver_layers};
+use super::casters::{Caster, GridShading, casters};
 use super::{Job, Shaded, glossy};
 
 /// Number of receivers between two checks for an interrupt.
@@ -138,15 +138,15 @@ fn occlusion(
         .iter()
         .map(|c| &textures[&Arc::as_ptr(&c.grid)])
         .collect();
-    let layers = receiver_layers(job);
     let target = job.target;
     let accumulate = |idx: usize| {
         let (receiver, id) = (&target.receivers[idx], target.ids[idx]);
         let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
+        let layers = job.layers(id);
         let mut occlusion = UNOCCLUDED;
         for (caster, texture) in casters.iter().zip(&textures) {
             let p_grid = aogrid_grid_position(&caster.occluder, p);
-            if caster.casts_on(id, layers(id)) && aogrid_is_inside(p_grid) {
+            if caster.casts_on(id, layers) && aogrid_is_inside(p_grid) {
                 let cone = aogrid_cone_with_axis_at(&caster.occluder, texture, &clip, p_grid, n);
                 occlusion = match shading {
                     GridShading::Merge => aogrid_merge(occlusion, cone, &overlaps),

@@ -11,6 +11,7 @@ mod truth;
 mod twin;
 
 use std::cell::RefCell;
+use std::collections::HashMap;
 
 use anyhow::{bail, ensure};
 use aogrid_baker_gpu::Context;
@@ -24,7 +25,7 @@ use target::{Shaded, Target};
 use crate::commands::bake::use_threads;
 use crate::console::Console;
 use crate::{interrupt, output as files};
-use aogrid_scene::{EnvironmentSource, GBuffer, Grids, LoadOptions, Scene};
+use aogrid_scene::{EnvironmentSource, GBuffer, Grids, Instance, LoadOptions, Scene};
 
 /// The input of every mode; a new mode is a file with a function that takes a job.
 pub(crate) struct Job<'a> {
@@ -38,6 +39,20 @@ pub(crate) struct Job<'a> {
     /// The GPU that looks up grids; `None` for the CPU.
     pub gpu: Option<Context>,
     pub console: &'a Console,
+    by_id: HashMap<u32, &'a Instance>,
+}
+
+impl Job<'_> {
+    /// Returns the instance that receivers with this id lie on.
+    fn instance(&self, id: u32) -> Option<&Instance> {
+        self.by_id.get(&id).copied()
+    }
+
+    /// Returns the layers of receivers with this id: all if the id is unknown.
+    fn layers(&self, id: u32) -> u32 {
+        self.instance(id)
+            .map_or(u32::MAX, |instance| instance.layers)
+    }
 }
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
@@ -75,6 +90,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         grids: RefCell::default(),
         gpu,
         console,
+        by_id: scene.instances.iter().map(|i| (i.id, i)).collect(),
     };
     let shaded = args.mode.iter().map(|&mode| Ok((mode, shade(mode, &job)?)));
     let shaded: Vec<(Mode, Shaded)> = shaded.collect::<anyhow::Result<_>>()?;

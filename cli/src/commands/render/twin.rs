@@ -15,7 +15,7 @@ use aogrid_runtime::shading::{
 use aogrid_scene::reference::Receiver;
 use rayon::prelude::*;
 
-use super::casters::{Caster, GridShading, casters, receiver_layers};
+use super::casters::{Caster, GridShading, casters};
 use super::environment::with_light;
 use super::{Job, Shaded};
 
@@ -62,7 +62,6 @@ fn occlusions(
         overlaps: CpuTexture::intersection_table(),
     };
     let target = job.target;
-    let layers = receiver_layers(job);
     let bar = job.console.progress("look-ups");
     let total = target.receivers.len();
     let done = AtomicUsize::new(0);
@@ -77,7 +76,8 @@ fn occlusions(
         }
         let pairs = receivers.iter().zip(ids);
         let shade_one = |(receiver, &id): (&Receiver, &u32)| {
-            let casting = casters.iter().filter(|c| c.caster.casts_on(id, layers(id)));
+            let layers = job.layers(id);
+            let casting = casters.iter().filter(|c| c.caster.casts_on(id, layers));
             if shading == GridShading::Merge {
                 let unoccluded = [0.0, 0.0, 0.0, 1.0];
                 let [.., t] =

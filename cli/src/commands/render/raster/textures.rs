@@ -5,7 +5,6 @@ use aogrid_runtime::{AOGRID_NO_OBJECT, wgpu};
 use wgpu::{TextureFormat, TextureUsages};
 
 use super::super::Job;
-use super::super::casters::receiver_layers;
 use aogrid_scene::GBuffer;
 
 /// The G-buffer textures that the passes read.
@@ -18,7 +17,6 @@ pub(super) struct Views {
 impl Views {
     /// Uploads the same points that the CPU twin shades, which are lifted off their surfaces.
     pub(super) fn new(job: &Job<'_>, gpu: &Context, gbuffer: &GBuffer, pixels: &[usize]) -> Self {
-        let layers = receiver_layers(job);
         // Pixels without a surface get NaN, which lies in no occluder's box.
         let mut positions = vec![[f32::NAN; 4]; gbuffer.ids.len()];
         let mut normals = vec![[0.0; 4]; gbuffer.ids.len()];
@@ -29,7 +27,7 @@ impl Views {
             let xyz0 = |[x, y, z]: [f64; 3]| [x as f32, y as f32, z as f32, 0.0];
             positions[pixel] = xyz0(receiver.position);
             normals[pixel] = xyz0(receiver.normal);
-            receivers[pixel] = [id, layers(id)];
+            receivers[pixel] = [id, job.layers(id)];
         }
         let view = |label, format, texels: &[u8]| {
             let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
