@@ -138,11 +138,11 @@ fn occlusion(
         .iter()
         .map(|c| &textures[&Arc::as_ptr(&c.grid)])
         .collect();
-    let target = job.target;
+    let (target, instances) = (job.target, &job.instances);
     let accumulate = |idx: usize| {
         let (receiver, id) = (&target.receivers[idx], target.ids[idx]);
         let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
-        let layers = job.layers(id);
+        let layers = instances.layers(id);
         let mut occlusion = UNOCCLUDED;
         for (caster, texture) in casters.iter().zip(&textures) {
             let p_grid = aogrid_grid_position(&caster.occluder, p);

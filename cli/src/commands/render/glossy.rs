@@ -18,7 +18,7 @@ pub(super) fn lobes(job: &Job<'_>) -> anyhow::Result<Vec<(usize, Lobe)>> {
 
 /// Returns the half-angle of the lobe of an instance's material, if it is glossy.
 fn gloss(job: &Job<'_>, id: u32) -> Option<f64> {
-    let instance = job.instance(id)?;
+    let instance = job.instances.get(id)?;
     job.scene.materials[instance.material].gloss
 }
 

@@ -39,19 +39,26 @@ pub(crate) struct Job<'a> {
     /// The GPU that looks up grids; `None` for the CPU.
     pub gpu: Option<Context>,
     pub console: &'a Console,
-    by_id: HashMap<u32, &'a Instance>,
+    /// The instances by the ids of receivers on them.
+    instances: InstancesById<'a>,
 }
 
-impl Job<'_> {
+/// The instances of a scene by their ids.
+struct InstancesById<'a>(HashMap<u32, &'a Instance>);
+
+impl<'a> InstancesById<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        Self(scene.instances.iter().map(|i| (i.id, i)).collect())
+    }
+
     /// Returns the instance that receivers with this id lie on.
-    fn instance(&self, id: u32) -> Option<&Instance> {
-        self.by_id.get(&id).copied()
+    fn get(&self, id: u32) -> Option<&'a Instance> {
+        self.0.get(&id).copied()
     }
 
     /// Returns the layers of receivers with this id: all if the id is unknown.
     fn layers(&self, id: u32) -> u32 {
-        self.instance(id)
-            .map_or(u32::MAX, |instance| instance.layers)
+        self.get(id).map_or(u32::MAX, |instance| instance.layers)
     }
 }
 
@@ -90,7 +97,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         grids: RefCell::default(),
         gpu,
         console,
-        by_id: scene.instances.iter().map(|i| (i.id, i)).collect(),
+        instances: InstancesById::new(&scene),
     };
     let shaded = args.mode.iter().map(|&mode| Ok((mode, shade(mode, &job)?)));
     let shaded: Vec<(Mode, Shaded)> = shaded.collect::<anyhow::Result<_>>()?;

@@ -163,7 +163,7 @@ fn columns(job: &Job<'_>, shaded: &Shaded) -> Vec<Column> {
 /// the instance is known.
 fn reflected(job: &Job<'_>, idx: usize, light: [f32; 3]) -> [f32; 3] {
     let id = job.target.ids[idx];
-    let instance = job.instance(id);
+    let instance = job.instances.get(id);
     let albedo = instance.map_or([1.0; 3], |i| job.scene.materials[i.material].albedo);
     std::array::from_fn(|c| light[c] * albedo[c])
 }

@@ -61,7 +61,7 @@ fn occlusions(
         clip: CpuTexture::clip_table(),
         overlaps: CpuTexture::intersection_table(),
     };
-    let target = job.target;
+    let (target, instances) = (job.target, &job.instances);
     let bar = job.console.progress("look-ups");
     let total = target.receivers.len();
     let done = AtomicUsize::new(0);
@@ -76,7 +76,7 @@ fn occlusions(
         }
         let pairs = receivers.iter().zip(ids);
         let shade_one = |(receiver, &id): (&Receiver, &u32)| {
-            let layers = job.layers(id);
+            let layers = instances.layers(id);
             let casting = casters.iter().filter(|c| c.caster.casts_on(id, layers));
             if shading == GridShading::Merge {
                 let unoccluded = [0.0, 0.0, 0.0, 1.0];

@@ -27,7 +27,7 @@ impl Views {
             let xyz0 = |[x, y, z]: [f64; 3]| [x as f32, y as f32, z as f32, 0.0];
             positions[pixel] = xyz0(receiver.position);
             normals[pixel] = xyz0(receiver.normal);
-            receivers[pixel] = [id, job.layers(id)];
+            receivers[pixel] = [id, job.instances.layers(id)];
         }
         let view = |label, format, texels: &[u8]| {
             let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
