@@ -43,6 +43,7 @@ impl AxisFrame {
     }
 
     /// Returns the number of blocks of [`LANES`] directions in a texel row.
+    #[inline]
     pub fn blocks(&self) -> usize {
         (self.size as usize).div_ceil(LANES)
     }
@@ -56,20 +57,24 @@ impl AxisFrame {
 
     /// Returns cells along u per cell along w of the directions of a block. Lanes beyond the end of
     /// the texel row continue the sequence and are never counted.
+    #[inline]
     pub fn slopes(&self, block: usize) -> [f32; LANES] {
         std::array::from_fn(|lane| self.column_slope((block * LANES + lane) as u32) as f32)
     }
 
     /// Returns cells along u per cell along w of the directions through texel `z` of a texel row.
+    #[inline]
     pub fn column_slope(&self, z: u32) -> f64 {
         self.slope(0, z)
     }
 
     /// Returns cells along v per cell along w of all directions of texel row `b`.
+    #[inline]
     pub fn row_slope(&self, b: u32) -> f64 {
         self.slope(1, b)
     }
 
+    #[inline]
     fn slope(&self, across: usize, texel: u32) -> f64 {
         let size = f64::from(self.size);
         self.shear[across] * ((f64::from(2 * texel + 1) - size) / size)

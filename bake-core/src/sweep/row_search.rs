@@ -54,6 +54,7 @@ impl<'a> RowSearch<'a> {
     }
 
     /// Returns the frame whose rows are searched.
+    #[inline]
     pub fn frame(&self) -> &'a AxisFrame {
         self.frame
     }
@@ -80,7 +81,7 @@ impl<'a> RowSearch<'a> {
     }
 
     /// Classifies a row's line. `normal` is the triangle's, see [`PreparedMesh::normal`].
-    #[inline]
+    #[inline(always)]
     pub fn classify(&self, points: &[[i32; 3]; 3], normal: [i64; 3], [j, k]: [i64; 2]) -> RowClass {
         let [u, v, w] = self.frame.axes;
         let n_u = normal[u];
@@ -106,7 +107,7 @@ impl<'a> RowSearch<'a> {
     /// Returns the first column of the frame whose cells are not to the left of the point where the
     /// line meets the triangle's plane, or the number of columns if there is none. Double precision
     /// suffices: an error of 2⁻⁵² of the triangle's size is negligible.
-    #[inline]
+    #[inline(always)]
     pub fn column(&self, points: &[[i32; 3]; 3], normal: [i64; 3], [j, k]: [i64; 2]) -> u32 {
         let [u, v, w] = self.frame.axes;
         let [n_u, n_v, n_w] = [u, v, w].map(|axis| normal[axis] as f64);
