@@ -192,8 +192,8 @@ mod tests {
             assert!(cell.a >= 0.3 * share && cell.a <= 2.0 * share);
             let [x, y, z] = cell.m;
             let length = (x * x + y * y + z * z).sqrt();
-            // Of all sets of directions with the same solid angle a cone has the longest first
-            // moment; 0.01 allows for the finite size of the texels.
+            // A cone has the longest first moment of all sets of directions with the same solid
+            // angle; 0.01 allows for the finite size of the texels.
             assert!(length <= cell.a * (1.0 - cell.a) + 0.01, "{cell:?}");
         }
     }

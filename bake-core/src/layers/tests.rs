@@ -64,7 +64,7 @@ fn signed_hit(corners: [[f64; 3]; 3], origin: [f64; 3], d: [f64; 3]) -> (i32, bo
         [0, 1, 2].map(|x| b[x] - a[x])
     };
     let normal = cross(along(0), along(1));
-    // How far the ray passes each edge, on its left.
+    // The signed distance of the ray from each edge, positive on its left.
     let sides = [0, 1, 2].map(|i| {
         let across = cross(along(i), d);
         -dot(across, from[i]) / length(across).max(1e-30)

@@ -42,7 +42,7 @@ pub(in crate::sweep) fn count(
             for level in batch.levels.between(from.min(to), from.max(to)) {
                 let [u, height] = line.at(&level);
                 let mut columns = first_columns(u - column_error, height, slopes, n_u);
-                // Where rounding could move the column, double precision decides.
+                // Double precision decides if rounding could move the column.
                 let last = first_columns(u + column_error, height, slopes, n_u);
                 if columns != last {
                     let vertices = [edges.vertices[0][n], edges.vertices[1][n]];
