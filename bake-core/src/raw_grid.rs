@@ -24,6 +24,21 @@ impl Moments {
         }
         m.map(|v| (v / length).clamp(-1.0, 1.0) as f32)
     }
+
+    /// Returns v = m/(a(1 − a)), the moment in units of that of a cone with the same fraction: its
+    /// length is 1 for a cone, less for directions that are spread out, and never more. Where
+    /// nothing or everything is occluded, it is the axis, or zero if m is zero.
+    pub fn normalized_moment(&self) -> [f32; 3] {
+        let a = f64::from(self.a);
+        let of_cone = a * (1.0 - a);
+        if of_cone <= 0.0 {
+            return self.axis();
+        }
+        let v = self.m.map(|m| f64::from(m) / of_cone);
+        // Directions are sampled, so that a moment may exceed the bound by a little.
+        let length = v.iter().map(|v| v * v).sum::<f64>().sqrt().max(1.0);
+        v.map(|v| (v / length) as f32)
+    }
 }
 
 /// The occlusion of every cell in single precision, before post-processing.
@@ -62,5 +77,16 @@ mod tests {
         assert_eq!(moments([0.0, -0.25, 0.0]).axis(), [0.0, -1.0, 0.0]);
         // Squares of these underflow in f32.
         assert_eq!(moments([3e-30, 0.0, 4e-30]).axis(), [0.6, 0.0, 0.8]);
+    }
+
+    #[test]
+    fn the_normalized_moment_is_one_for_a_cone_and_never_more() {
+        let v = |a, m| Moments { a, m }.normalized_moment();
+        assert_eq!(v(0.5, [0.0, 0.25, 0.0]), [0.0, 1.0, 0.0]);
+        assert_eq!(v(0.5, [0.0, 0.125, 0.0]), [0.0, 0.5, 0.0]);
+        assert_eq!(v(0.5, [0.0, 0.0, -0.3]), [0.0, 0.0, -1.0]);
+        assert_eq!(v(0.0, [0.0; 3]), [0.0; 3]);
+        assert_eq!(v(1.0, [0.0; 3]), [0.0; 3]);
+        assert_eq!(v(1.0, [0.0, 1e-9, 0.0]), [0.0, 1.0, 0.0]);
     }
 }

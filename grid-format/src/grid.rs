@@ -24,14 +24,16 @@ pub struct Statistics {
 }
 
 impl Grid {
-    /// Encodes `cells`, one `[dx, dy, dz, a]` for each cell of `spec`, x fastest: d is the unit
-    /// axis toward the object (zero where nothing is occluded), a the occluded fraction.
-    /// An encoding [without a direction](Encoding::has_direction) keeps only a.
+    /// Encodes `cells`, one `[x, y, z, a]` for each cell of `spec`, x fastest. a is the occluded
+    /// fraction of the sphere. The vector points toward the object, in object axes: for
+    /// [`Encoding::Cone`] it is the unit axis d, zero where nothing is occluded; for
+    /// [`Encoding::Moment`] it is v = m/(a(1 − a)); an encoding [without a
+    /// direction](Encoding::has_direction) drops it.
     ///
     /// # Errors
     ///
-    /// The number of cells is not that of `spec`, an a is outside 0..=1, or a component of d is
-    /// outside −1..=1.
+    /// The number of cells is not that of `spec`, an a is outside 0..=1, or a component of the
+    /// vector is outside −1..=1.
     pub fn encode(
         spec: GridSpec,
         encoding: Encoding,
@@ -48,7 +50,7 @@ impl Grid {
         let mut texels =
             Vec::with_capacity(cells.len() * encoding.channels() * format.channel_bytes());
         for (idx, &value) in cells.iter().enumerate() {
-            if !is_cone(value) {
+            if !is_in_range(value) {
                 let cell = spec.cell_at(idx);
                 return Err(EncodeError::Value { cell, value });
             }
@@ -103,7 +105,7 @@ impl Grid {
     /// Computes the mean and the largest occlusion from the texels. They differ from
     /// [`Grid::statistics`] only if the texels were changed after the bake.
     pub fn measure(&self) -> Statistics {
-        let fractions = (0..self.spec.cell_count()).map(|idx| self.cone(idx)[3]);
+        let fractions = (0..self.spec.cell_count()).map(|idx| self.cell(idx)[3]);
         let (mut sum, mut largest) = (0.0_f64, 0.0_f32);
         for a in fractions {
             sum += f64::from(a);
@@ -130,14 +132,14 @@ impl Grid {
         self.encoding.channels() * self.format.channel_bytes()
     }
 
-    /// Decodes the cell with index `idx` (see [`GridSpec::cell_idx`]): `[dx, dy, dz, a]`, where d
-    /// is as stored (a unit vector but for quantization), or zero if the encoding [has
+    /// Decodes the cell with index `idx` (see [`GridSpec::cell_idx`]): `[x, y, z, a]` as
+    /// [`Grid::encode`] takes it, but for quantization; the vector is zero if the encoding [has
     /// none](Encoding::has_direction).
     ///
     /// # Panics
     ///
     /// If `idx` is not below [`GridSpec::cell_count`].
-    pub fn cone(&self, idx: usize) -> [f32; 4] {
+    pub fn cell(&self, idx: usize) -> [f32; 4] {
         let texel = &self.texels[idx * self.texel_bytes()..][..self.texel_bytes()];
         self.encoding.cell(self.format, texel)
     }
@@ -154,8 +156,8 @@ impl Grid {
     }
 }
 
-/// Whether all values are in range: |d| ≤ 1 for each component, a in 0..=1.
-fn is_cone([x, y, z, a]: [f32; 4]) -> bool {
+/// Whether all values are in range: each component of the vector in −1..=1, a in 0..=1.
+fn is_in_range([x, y, z, a]: [f32; 4]) -> bool {
     // Comparisons with NaN are false.
     [x, y, z].iter().all(|d| d.abs() <= 1.0) && (0.0..=1.0).contains(&a)
 }

@@ -26,6 +26,9 @@
 //! section 5): `a`, the hidden fraction of the full sphere in 0..1 (RR-5779 eq. 5), and `d`,
 //! the unit axis of the cone in object axes, from the cell toward the object. The file never
 //! holds an angle. [`Encoding::Occlusion`] keeps `a` alone (RR-5779, section 4).
+//! [`Encoding::Moment`] keeps the moment m of these directions instead of a cone's axis, as
+//! v = m/(a(1 − a)): its length is 1 for a true cone and less where the directions are spread out,
+//! also between cells whose axes disagree, where linear filtering shortens it.
 //!
 //! Differences from the paper: a direction's byte is `round(127 d) + 128`, so that the zero vector
 //! of an open cell is exact; the printed remapping of −1..1 to 0..255 cannot represent zero.
@@ -43,15 +46,15 @@
 //! # The file
 //!
 //! A plain KTX2 3D texture, little-endian: `R8_UNORM`, `R16_SFLOAT` or `R32_SFLOAT` for
-//! `occlusion`, the four-channel formats of the same kinds for `cone`; layerCount 0, faceCount
-//! 1, levelCount 1, no supercompression, never sRGB. Three key/value pairs, sorted by key, each
+//! `occlusion`, the four-channel formats of the same kinds for `cone` and `moment`; layerCount
+//! 0, faceCount 1, levelCount 1, no supercompression, never sRGB. Three key/value pairs, sorted by key, each
 //! NUL-terminated and padded to 4 bytes: `KTXorientation` = `ruo` (x right, y up, z out of the
 //! page), `KTXwriter`, and `aogrid`, a JSON object:
 //!
 //! | key | value |
 //! |---|---|
 //! | `version` | profile version `"major.minor"`; a reader refuses a newer major |
-//! | `encoding` | `"occlusion"` or `"cone"` |
+//! | `encoding` | `"occlusion"`, `"cone"` or `"moment"` |
 //! | `center`, `half_extents` | the box, three numbers each, object units |
 //! | `bake` | the [`BakeRecord`] |
 //! | `mean`, `largest` | mean and maximum of the stored a over all cells |

@@ -11,7 +11,7 @@
 use std::time::Instant;
 
 use aogrid_gpu_support::{Gpu, attachment, gpu, read_only_depth};
-use aogrid_grid_format::{GridSpec, TexelFormat};
+use aogrid_grid_format::{Encoding, GridSpec, TexelFormat};
 use aogrid_runtime::shading::{aogrid_grid_position, aogrid_is_inside};
 use aogrid_runtime::{
     AogridOccluder, DepthTest, Frame, GBufferFormat, GBufferViews, GridTexture, Instance, Mode,
@@ -121,7 +121,8 @@ fn ring(scale: f32) -> Vec<Instance> {
 fn cover(spec: &GridSpec, instances: &[Instance], buffer: &Buffer) -> [usize; 2] {
     let mut count = [0; 2];
     for instance in instances {
-        let occluder = AogridOccluder::new(spec, TexelFormat::Unorm8, instance).expect("it stands");
+        let occluder = AogridOccluder::new(spec, Encoding::Cone, TexelFormat::Unorm8, instance)
+            .expect("it stands");
         for ([from, direction], position) in buffer.rays.iter().zip(&buffer.positions) {
             let [x, y, z, _] = *position;
             let is_inside = aogrid_is_inside(aogrid_grid_position(&occluder, [x, y, z]));

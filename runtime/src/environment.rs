@@ -31,7 +31,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Vec3};
 
 use crate::EnvironmentMap;
-use crate::shading::aogrid_inverse_length;
+use crate::shading::{AogridCone, aogrid_inverse_length};
 use crate::wgsl::{
     AOGRID_AXIS_EPSILON, AOGRID_ENVIRONMENT_HEIGHT, AOGRID_ENVIRONMENT_LAST_LEVEL,
     AOGRID_FRACTION_EPSILON, AOGRID_PI,
@@ -89,29 +89,6 @@ impl AogridEnvironment {
         Self {
             scale: [r, g, b, 0.0],
             ..self
-        }
-    }
-}
-
-/// A cone of directions around a unit axis that covers a fraction of the sphere, up to half of it,
-/// and of which a uniform share, the density, counts.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AogridCone {
-    /// The axis, of length 1.
-    pub axis: [f32; 3],
-    /// The fraction of the sphere, 0..=½.
-    pub fraction: f32,
-    /// The share of its directions that counts, 0..=1.
-    pub density: f32,
-}
-
-impl AogridCone {
-    /// A cone of density 1.
-    pub fn new(axis: [f32; 3], fraction: f32) -> Self {
-        Self {
-            axis,
-            fraction,
-            density: 1.0,
         }
     }
 }

@@ -19,14 +19,6 @@ struct AogridEnvironment {
     scale: vec4f,
 }
 
-/// A cone of directions around a unit axis that covers a fraction of the sphere, up to half of it,
-/// and of which a uniform share, the density, counts.
-struct AogridCone {
-    axis: vec3f,
-    fraction: f32,
-    density: f32,
-}
-
 // ---- One call per pixel ------------------------------------------------------------------------
 
 /// The light that a white diffuse surface reflects: the mean radiance of its hemisphere, less AO

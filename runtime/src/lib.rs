@@ -11,7 +11,7 @@
 //! let world_from_object =
 //!     [[1., 0., 0., 0.], [0., 1., 0., 0.], [0., 0., 1., 0.], [0., 2., 0., 1.]];
 //! let instance = Instance { strength: 0.8, ..Instance::at(world_from_object) };
-//! let occluder = AogridOccluder::new(grid.spec(), grid.format(), &instance)?;
+//! let occluder = AogridOccluder::new(grid.spec(), grid.encoding(), grid.format(), &instance)?;
 //! let texture = CpuTexture::of_grid(&grid);
 //! let table = CpuTexture::transmittance_table();
 //! let transmittance = aogrid_cone(&occluder, &texture, &table, [0., 2., 1.], [0., 1., 0.]);
@@ -78,7 +78,7 @@ mod pipelines;
 mod tiled_pass;
 
 pub use cpu_texture::CpuTexture;
-pub use environment::{AogridCone, AogridEnvironment, Up};
+pub use environment::{AogridEnvironment, Up};
 pub use environment_map::{EnvironmentMap, EnvironmentMapError};
 pub use environment_pass::{
     EnvironmentFrame, EnvironmentFrameError, EnvironmentPass, EnvironmentPassDescriptor,
@@ -94,6 +94,7 @@ pub use grid_texture::{GridTexture, GridTextureError};
 pub use merge_pass::{MergePass, MergePassDescriptor};
 pub use occluder::{AogridOccluder, Instance, InstanceError};
 pub use occlusion_pass::{Mode, OcclusionPass, OcclusionPassDescriptor, Output, PassError};
+pub use shading::AogridCone;
 pub use tiled_pass::{
     AogridAtlasOccluder, AogridTiles, Combine, TiledFrame, TiledPass, TiledPassDescriptor,
 };

@@ -1,6 +1,6 @@
 //! One occluder: a grid and the transform of its object.
 
-use aogrid_grid_format::{ChannelRange, GridSpec, TexelFormat};
+use aogrid_grid_format::{ChannelRange, Encoding, GridSpec, TexelFormat};
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, Vec3};
 
@@ -23,6 +23,9 @@ pub struct Instance {
     /// The ids of up to four receivers that it does not shade, for example its own; unused slots
     /// hold [`AOGRID_NO_OBJECT`].
     pub excluded: [u32; 4],
+    /// Whether cones widen where the axes of neighboring cells disagree, as beside thin walls, also
+    /// for a grid of [`Encoding::Cone`]. Those of [`Encoding::Moment`] always do. Costs nothing.
+    pub soft_cones: bool,
 }
 
 impl Instance {
@@ -34,6 +37,7 @@ impl Instance {
             layers: u32::MAX,
             object_id: AOGRID_NO_OBJECT,
             excluded: [AOGRID_NO_OBJECT; 4],
+            soft_cones: false,
         }
     }
 }
@@ -56,7 +60,7 @@ pub enum InstanceError {
     Strength(f32),
 }
 
-/// The shader data of an occluder: the struct of the same name in the WGSL library, 128 bytes, for
+/// The shader data of an occluder: the struct of the same name in the WGSL library, 144 bytes, for
 /// a uniform or storage buffer.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -83,19 +87,28 @@ pub struct AogridOccluder {
     pub strength: f32,
     /// 1 − strength.
     pub one_minus_strength: f32,
+    /// 1 if the grid stores √a, 0 if it stores a.
+    pub stores_root: f32,
+    /// The length that axes have at least: 0 for soft cones, 1 for hard ones.
+    pub min_axis_length: f32,
+    /// Padding.
+    pub unused: [f32; 2],
 }
 
 impl AogridOccluder {
-    /// Builds an occluder from a grid's specification and texel format, and an instance.
+    /// Builds an occluder from a grid's specification, encoding and texel format, and an instance.
     ///
     /// # Errors
     ///
     /// If the transform is not affine, finite and invertible, or the strength is outside 0..=1.
     pub fn new(
         spec: &GridSpec,
+        encoding: Encoding,
         format: TexelFormat,
         instance: &Instance,
     ) -> Result<Self, InstanceError> {
+        let is_moment = encoding == Encoding::Moment;
+        let flag = |yes: bool| f32::from(u8::from(yes));
         let world_from_object = validated_transform(instance)?;
         let grid_from_world = (world_from_object * object_from_grid(spec)).inverse();
         let [scale, offset] = format.decoding(ChannelRange::Signed);
@@ -113,6 +126,9 @@ impl AogridOccluder {
             layers: instance.layers,
             strength: instance.strength,
             one_minus_strength: 1.0 - instance.strength,
+            stores_root: flag(is_moment),
+            min_axis_length: flag(!(is_moment || instance.soft_cones)),
+            unused: [0.0; 2],
         })
     }
 }
@@ -208,7 +224,7 @@ mod tests {
     }
 
     fn refusal(instance: Instance) -> InstanceError {
-        AogridOccluder::new(&spec(), TexelFormat::F32, &instance).unwrap_err()
+        AogridOccluder::new(&spec(), Encoding::Cone, TexelFormat::F32, &instance).unwrap_err()
     }
 
     #[test]
@@ -237,8 +253,9 @@ mod tests {
     #[test]
     fn unorm8_directions_decode_as_the_format_says() {
         use crate::shading::aogrid_axis;
+        let instance = Instance::at(IDENTITY);
         let occluder =
-            AogridOccluder::new(&spec(), TexelFormat::Unorm8, &Instance::at(IDENTITY)).unwrap();
+            AogridOccluder::new(&spec(), Encoding::Cone, TexelFormat::Unorm8, &instance).unwrap();
         for (byte, expected) in [(1_u8, -1.0_f32), (128, 0.0), (255, 1.0)] {
             let t = f32::from(byte) / 255.0;
             let axis = aogrid_axis(&occluder, [t, 128.0 / 255.0, t]);

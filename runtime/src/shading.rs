@@ -6,11 +6,34 @@
 
 use crate::wgsl::{
     AOGRID_AXIS_EPSILON, AOGRID_CLIP_COS_OFFSET, AOGRID_CLIP_COS_SCALE,
-    AOGRID_CLIP_FRACTION_OFFSET, AOGRID_CLIP_FRACTION_SCALE, AOGRID_MERGE_ANGLE_OFFSET,
-    AOGRID_MERGE_ANGLE_SCALE, AOGRID_MERGE_FRACTION_OFFSET, AOGRID_MERGE_FRACTION_SCALE, AOGRID_PI,
-    AOGRID_RIM_EPSILON, AOGRID_TILE,
+    AOGRID_CLIP_FRACTION_OFFSET, AOGRID_CLIP_FRACTION_SCALE, AOGRID_FRACTION_EPSILON,
+    AOGRID_MERGE_ANGLE_OFFSET, AOGRID_MERGE_ANGLE_SCALE, AOGRID_MERGE_FRACTION_OFFSET,
+    AOGRID_MERGE_FRACTION_SCALE, AOGRID_PI, AOGRID_RIM_EPSILON, AOGRID_TILE,
 };
 use crate::{AogridAtlasOccluder, AogridOccluder, AogridTiles, CpuTexture};
+
+/// A cone of directions that covers a fraction of the sphere, and of which a uniform share, the
+/// density, is occluded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AogridCone {
+    /// The unit axis in world space, towards the occluder; zero without an axis.
+    pub axis: [f32; 3],
+    /// The fraction of the sphere, 0..=1.
+    pub fraction: f32,
+    /// The share of its directions that is occluded, 0..=1.
+    pub density: f32,
+}
+
+impl AogridCone {
+    /// A cone of density 1.
+    pub fn new(axis: [f32; 3], fraction: f32) -> Self {
+        Self {
+            axis,
+            fraction,
+            density: 1.0,
+        }
+    }
+}
 
 // ---- One call per occluder --------------------------------------------------------------------
 
@@ -87,7 +110,7 @@ pub fn aogrid_occlusion_of_cone(
     on_itself: bool,
 ) -> f32 {
     let p_grid = aogrid_grid_position(occluder, position);
-    let a = grid.sample(p_grid)[3];
+    let a = aogrid_fraction(occluder, grid.sample(p_grid)[3]);
     let t = aogrid_occlusion_transmittance(a, on_itself);
     match aogrid_is_inside(p_grid) {
         true => aogrid_strengthen(occluder, t),
@@ -129,9 +152,30 @@ pub fn aogrid_cone_at(
     p_grid: [f32; 3],
     normal: [f32; 3],
 ) -> f32 {
-    let [r, g, b, a] = grid.sample(p_grid);
-    let cos_beta = aogrid_cos_beta(aogrid_axis(occluder, [r, g, b]), normal);
-    aogrid_strengthen(occluder, aogrid_clip_transmittance(table, a, cos_beta))
+    let cone = aogrid_cone_of(occluder, grid.sample(p_grid));
+    let t = aogrid_clip_transmittance(table, cone.fraction, dot(cone.axis, normal));
+    cone.density * occluder.strength * (t - 1.0) + 1.0
+}
+
+/// The cone of a grid's texel. The axis of interpolated cells is shorter than 1 where theirs
+/// disagree: the cone then widens and thins so that it keeps both moments of the occluded
+/// directions, their fraction and their mean.
+pub fn aogrid_cone_of(occluder: &AogridOccluder, [r, g, b, alpha]: [f32; 4]) -> AogridCone {
+    let axis = aogrid_axis(occluder, [r, g, b]);
+    let a = aogrid_fraction(occluder, alpha);
+    let per_length = aogrid_inverse_length(axis);
+    let length = (dot(axis, axis) * per_length).clamp(occluder.min_axis_length, 1.0);
+    let widened = ((a - 1.0) * length + 1.0).max(a);
+    AogridCone {
+        axis: axis.map(|d| d * per_length),
+        fraction: widened,
+        density: a / widened.max(AOGRID_FRACTION_EPSILON),
+    }
+}
+
+/// The occluded fraction of the sphere from a texel's alpha.
+pub fn aogrid_fraction(occluder: &AogridOccluder, alpha: f32) -> f32 {
+    alpha * (occluder.stores_root * (alpha - 1.0) + 1.0)
 }
 
 /// The cone's axis in world space, not normalized, from a texel's rgb.
@@ -196,12 +240,11 @@ pub fn aogrid_clip(table: &CpuTexture, a: f32, cos_beta: f32) -> [f32; 3] {
     [occlusion, fraction, axis_weight]
 }
 
-/// The unit axis of a clipped cone, f d + (1 − f) n; zero if that sum is zero (RR-5779, 5.2.2).
+/// The unit axis of a clipped cone with unit axis d, f d + (1 − f) n; zero if that sum is zero
+/// (RR-5779, 5.2.2).
 pub fn aogrid_clipped_axis(axis: [f32; 3], normal: [f32; 3], axis_weight: f32) -> [f32; 3] {
-    let per_length = aogrid_inverse_length(axis);
-    let sum: [f32; 3] = std::array::from_fn(|x| {
-        normal[x] * (1.0 - axis_weight) + axis[x] * per_length * axis_weight
-    });
+    let sum: [f32; 3] =
+        std::array::from_fn(|x| normal[x] * (1.0 - axis_weight) + axis[x] * axis_weight);
     sum.map(|x| x * aogrid_inverse_length(sum))
 }
 
@@ -215,11 +258,11 @@ pub fn aogrid_cone_with_axis_at(
     p_grid: [f32; 3],
     normal: [f32; 3],
 ) -> [f32; 4] {
-    let [r, g, b, a] = grid.sample(p_grid);
-    let axis = aogrid_axis(occluder, [r, g, b]);
-    let clipped = aogrid_clip(table, a, aogrid_cos_beta(axis, normal));
-    let occlusion = clipped[0] * occluder.strength;
-    let [x, y, z] = aogrid_clipped_axis(axis, normal, clipped[2]).map(|d| 0.5 * occlusion * d);
+    let cone = aogrid_cone_of(occluder, grid.sample(p_grid));
+    let clipped = aogrid_clip(table, cone.fraction, dot(cone.axis, normal));
+    let occlusion = clipped[0] * cone.density * occluder.strength;
+    let towards = aogrid_clipped_axis(cone.axis, normal, clipped[2]);
+    let [x, y, z] = towards.map(|d| 0.5 * occlusion * d);
     [x, y, z, 1.0 - occlusion]
 }
 

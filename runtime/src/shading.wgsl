@@ -10,7 +10,7 @@
 // are sampled with a linear, clamped sampler. The CPU twin, `shading.rs`, has the same functions
 // under the same names.
 
-/// One occluder, in a uniform or storage buffer: 128 bytes. Rust: `AogridOccluder::new`.
+/// One occluder, in a uniform or storage buffer: 144 bytes. Rust: `AogridOccluder::new`.
 struct AogridOccluder {
     /// The rows of grid_from_world, which maps world positions to [0,1]^3 of the grid's box.
     grid_x: vec4f,
@@ -32,9 +32,23 @@ struct AogridOccluder {
     strength: f32,
     /// 1 - strength.
     one_minus_strength: f32,
+    /// 1 if the grid stores the root of a, 0 if it stores a.
+    stores_root: f32,
+    /// The length that axes have at least: 0 for soft cones, 1 for hard ones.
+    min_axis_length: f32,
+    unused: vec2f,
 }
 
-/// An occluder whose grid is a region of an atlas, in a storage buffer: 192 bytes. Rust:
+/// A cone of directions that covers a fraction of the sphere, and of which a uniform share, the
+/// density, is occluded.
+struct AogridCone {
+    /// The unit axis in world space, towards the occluder; zero without an axis.
+    axis: vec3f,
+    fraction: f32,
+    density: f32,
+}
+
+/// An occluder whose grid is a region of an atlas, in a storage buffer: 208 bytes. Rust:
 /// `AogridAtlasOccluder`.
 struct AogridAtlasOccluder {
     occluder: AogridOccluder,
@@ -104,8 +118,8 @@ fn aogrid_occlusion(occluder: AogridOccluder, grid: texture_3d<f32>, linear_clam
 fn aogrid_occlusion_of_cone(occluder: AogridOccluder, grid: texture_3d<f32>,
                             linear_clamp: sampler, position: vec3f, on_itself: bool) -> f32 {
     let p_grid = aogrid_grid_position(occluder, position);
-    let a = textureSampleLevel(grid, linear_clamp, p_grid, 0.0).a;
-    let t = aogrid_occlusion_transmittance(a, on_itself);
+    let stored = textureSampleLevel(grid, linear_clamp, p_grid, 0.0).a;
+    let t = aogrid_occlusion_transmittance(aogrid_fraction(occluder, stored), on_itself);
     return select(1.0, aogrid_strengthen(occluder, t), aogrid_is_inside(p_grid));
 }
 
@@ -139,10 +153,26 @@ fn aogrid_is_inside(p_grid: vec3f) -> bool {
 /// The transmittance of a cone grid at a position in its box.
 fn aogrid_cone_at(occluder: AogridOccluder, grid: texture_3d<f32>, table: texture_2d<f32>,
                   linear_clamp: sampler, p_grid: vec3f, normal: vec3f) -> f32 {
-    let texel = textureSampleLevel(grid, linear_clamp, p_grid, 0.0);
-    let cos_beta = aogrid_cos_beta(aogrid_axis(occluder, texel.rgb), normal);
-    let t = aogrid_clip_transmittance(table, linear_clamp, texel.a, cos_beta);
-    return aogrid_strengthen(occluder, t);
+    let cone = aogrid_cone_of(occluder, textureSampleLevel(grid, linear_clamp, p_grid, 0.0));
+    let t = aogrid_clip_transmittance(table, linear_clamp, cone.fraction, dot(cone.axis, normal));
+    return fma(cone.density * occluder.strength, t - 1.0, 1.0);
+}
+
+/// The cone of a grid's texel. The axis of interpolated cells is shorter than 1 where theirs
+/// disagree: the cone then widens and thins so that it keeps both moments of the occluded
+/// directions, their fraction and their mean.
+fn aogrid_cone_of(occluder: AogridOccluder, texel: vec4f) -> AogridCone {
+    let axis = aogrid_axis(occluder, texel.rgb);
+    let a = aogrid_fraction(occluder, texel.a);
+    let per_length = aogrid_inverse_length(axis);
+    let length = clamp(dot(axis, axis) * per_length, occluder.min_axis_length, 1.0);
+    let widened = max(fma(a - 1.0, length, 1.0), a);
+    return AogridCone(axis * per_length, widened, a / max(widened, AOGRID_FRACTION_EPSILON));
+}
+
+/// The occluded fraction of the sphere from a texel's alpha.
+fn aogrid_fraction(occluder: AogridOccluder, alpha: f32) -> f32 {
+    return alpha * fma(occluder.stores_root, alpha - 1.0, 1.0);
 }
 
 /// The cone's axis in world space, not normalized, from a texel's rgb.
@@ -206,9 +236,10 @@ fn aogrid_clip(table: texture_2d<f32>, linear_clamp: sampler, a: f32, cos_beta: 
     return textureSampleLevel(table, linear_clamp, aogrid_clip_coordinate(a, cos_beta), 0.0).rgb;
 }
 
-/// The unit axis of a clipped cone, f d + (1 - f) n; zero if that sum is zero (RR-5779, 5.2.2).
+/// The unit axis of a clipped cone with unit axis d, f d + (1 - f) n; zero if that sum is zero
+/// (RR-5779, 5.2.2).
 fn aogrid_clipped_axis(axis: vec3f, normal: vec3f, axis_weight: f32) -> vec3f {
-    let sum = mix(normal, axis * aogrid_inverse_length(axis), axis_weight);
+    let sum = mix(normal, axis, axis_weight);
     return sum * aogrid_inverse_length(sum);
 }
 
@@ -218,11 +249,10 @@ fn aogrid_clipped_axis(axis: vec3f, normal: vec3f, axis_weight: f32) -> vec3f {
 fn aogrid_cone_with_axis_at(occluder: AogridOccluder, grid: texture_3d<f32>,
                             table: texture_2d<f32>, linear_clamp: sampler, p_grid: vec3f,
                             normal: vec3f) -> vec4f {
-    let texel = textureSampleLevel(grid, linear_clamp, p_grid, 0.0);
-    let axis = aogrid_axis(occluder, texel.rgb);
-    let clipped = aogrid_clip(table, linear_clamp, texel.a, aogrid_cos_beta(axis, normal));
-    let occlusion = clipped.x * occluder.strength;
-    let towards = aogrid_clipped_axis(axis, normal, clipped.z);
+    let cone = aogrid_cone_of(occluder, textureSampleLevel(grid, linear_clamp, p_grid, 0.0));
+    let clipped = aogrid_clip(table, linear_clamp, cone.fraction, dot(cone.axis, normal));
+    let occlusion = clipped.x * cone.density * occluder.strength;
+    let towards = aogrid_clipped_axis(cone.axis, normal, clipped.z);
     return vec4f(0.5 * occlusion * towards, 1.0 - occlusion);
 }
 

@@ -22,7 +22,7 @@ impl Shaded {
     ///
     /// If the instance is invalid.
     pub fn new(grid: &Grid, instance: &Instance) -> Self {
-        let occluder = AogridOccluder::new(grid.spec(), grid.format(), instance);
+        let occluder = AogridOccluder::new(grid.spec(), grid.encoding(), grid.format(), instance);
         Self {
             occluder: occluder.expect("the instance is valid"),
             texture: CpuTexture::of_grid(grid),

@@ -4,7 +4,7 @@
 mod boundary;
 mod interior;
 
-use aogrid_grid_format::{BakeRecord, EncodeError, Grid, Interior, Source};
+use aogrid_grid_format::{BakeRecord, EncodeError, Encoding, Grid, Interior, Source};
 
 pub use interior::Classification;
 
@@ -52,7 +52,10 @@ pub fn finish(
         .moments
         .iter()
         .map(|cell| {
-            let [x, y, z] = cell.axis();
+            let [x, y, z] = match options.encoding {
+                Encoding::Moment => cell.normalized_moment(),
+                Encoding::Cone | Encoding::Occlusion => cell.axis(),
+            };
             [x, y, z, cell.a]
         })
         .collect();

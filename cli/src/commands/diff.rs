@@ -86,7 +86,7 @@ fn compare(a: &Grid, b: &Grid) -> Difference {
     let (mut differing, mut squares, mut worst, mut at) = (0, 0.0, 0.0, 0);
     let mut angles = Vec::new();
     for idx in 0..cells {
-        let (p, q) = (a.cone(idx), b.cone(idx));
+        let (p, q) = (a.cell(idx), b.cell(idx));
         differing += usize::from(p != q);
         let off = (f64::from(p[3]) - f64::from(q[3])).abs();
         squares += off * off;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use aogrid_grid_format::{BoundaryMode, Grid};
+use aogrid_grid_format::{BoundaryMode, Encoding, Grid};
 
 use super::info::read_grid;
 use crate::console::Console;
@@ -60,7 +60,7 @@ fn violation(grid: &Grid) -> Option<String> {
     let mut outer = cells
         .clone()
         .filter(|&idx| spec.is_outer(spec.cell_at(idx)));
-    if treated && let Some(idx) = outer.find(|&idx| grid.cone(idx)[3] != 0.0) {
+    if treated && let Some(idx) = outer.find(|&idx| grid.cell(idx)[3] != 0.0) {
         let cell = spec.cell_at(idx);
         return Some(format!(
             "occlusion at its boundary cell {cell:?} is not zero"
@@ -71,19 +71,27 @@ fn violation(grid: &Grid) -> Option<String> {
     {
         let cell = spec.cell_at(idx);
         return Some(format!(
-            "the axis of cell {cell:?} has neither length 1 nor 0"
+            "the axis of cell {cell:?} has {}",
+            match grid.encoding() {
+                Encoding::Moment => "a length above 1",
+                _ => "neither length 1 nor 0",
+            }
         ));
     }
     None
 }
 
-/// Whether the axis of a cell has length 1 or 0, within the format's error.
+/// Whether the axis of a cell has length 1 or 0, or at most 1 for moments, within the format's
+/// error.
 fn has_valid_axis(grid: &Grid, idx: usize) -> bool {
-    let [x, y, z, _] = grid.cone(idx);
+    let [x, y, z, _] = grid.cell(idx);
     let length = (x * x + y * y + z * z).sqrt();
     // Errors of the three components, each up to the format's error, change the length by up to √3
     // times that; single floats round by a few units in the last place.
     let [_, max_error] = grid.encoding().max_error(grid.format());
     let tolerance = 3.0_f32.sqrt() * max_error + 4.0 * f32::EPSILON;
-    length == 0.0 || (length - 1.0).abs() <= tolerance
+    match grid.encoding() {
+        Encoding::Moment => length <= 1.0 + tolerance,
+        _ => length == 0.0 || (length - 1.0).abs() <= tolerance,
+    }
 }

@@ -1,7 +1,7 @@
 //! A cone: its unit axis d in object axes, and the occluded fraction a (RR-5779, section 5).
 
-use super::{Channel, Facts};
-use crate::ChannelRange::{self, Signed, Unit};
+use super::{Channel, Facts, channel};
+use crate::ChannelRange::{Signed, Unit};
 use crate::TexelFormat;
 
 pub(super) struct Cone;
@@ -39,10 +39,6 @@ impl Facts for Cone {
     fn max_error(format: TexelFormat) -> [f32; 2] {
         [Unit, Signed].map(|range| format.max_error(range))
     }
-}
-
-const fn channel(name: &'static str, range: ChannelRange) -> Channel {
-    Channel { name, range }
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The meaning of a texel's channels. All facts of an encoding are in a file of its own.
 
 mod cone;
+mod moment;
 mod occlusion;
 
 use crate::{ChannelRange, TexelFormat};
@@ -12,6 +13,10 @@ pub enum Encoding {
     Occlusion,
     /// RGB = d, the unit axis of the occlusion cone in object axes, A = a (RR-5779, section 5).
     Cone,
+    /// RGB = v = m/(a(1 − a)), A = √a, with m the first moment of the occluded directions, in
+    /// object axes. v is the unit axis of a true cone and shorter where occlusion is spread out, so
+    /// that interpolated cells tell how far their axes agree.
+    Moment,
 }
 
 /// A channel of a texel.
@@ -23,7 +28,11 @@ pub struct Channel {
     pub range: ChannelRange,
 }
 
-/// The facts of an encoding. A cell is `[dx, dy, dz, a]`.
+const fn channel(name: &'static str, range: ChannelRange) -> Channel {
+    Channel { name, range }
+}
+
+/// The facts of an encoding. A cell is `[x, y, z, a]`, see [`Grid::encode`](crate::Grid::encode).
 trait Facts {
     const NAME: &'static str;
     /// One channel or four: WebGPU has no texture formats with three, and none of ours has two.
@@ -36,10 +45,10 @@ trait Facts {
     /// Decodes a texel to the values of its channels; the values behind the last channel are zero.
     fn values(format: TexelFormat, texel: &[u8]) -> [f32; 4];
 
-    /// Computes the cell from the values of the channels; d is zero if there is no direction.
+    /// Computes the cell from the values of the channels; x, y and z are zero without a direction.
     fn cell_from_values(values: [f32; 4]) -> [f32; 4];
 
-    /// Returns the largest absolute error of a decoded cell: `[for a, for a component of d]`.
+    /// Returns the largest absolute error of a decoded cell: `[for a, for x, y and z]`.
     fn max_error(format: TexelFormat) -> [f32; 2];
 }
 
@@ -55,13 +64,17 @@ macro_rules! with_facts {
                 type $facts = cone::Cone;
                 $value
             }
+            Encoding::Moment => {
+                type $facts = moment::Moment;
+                $value
+            }
         }
     };
 }
 
 impl Encoding {
     /// Every encoding, the recommended one first.
-    pub const ALL: [Self; 2] = [Self::Cone, Self::Occlusion];
+    pub const ALL: [Self; 3] = [Self::Moment, Self::Cone, Self::Occlusion];
 
     /// Returns the name in files and on command lines.
     pub fn name(self) -> &'static str {
@@ -93,18 +106,18 @@ impl Encoding {
         with_facts!(self, F => F::HAS_DIRECTION)
     }
 
-    /// Returns the largest absolute error of a decoded cell: `[for a, for a component of d]`.
+    /// Returns the largest absolute error of a decoded cell: `[for a, for x, y and z]`.
     pub fn max_error(self, format: TexelFormat) -> [f32; 2] {
         with_facts!(self, F => F::max_error(format))
     }
 
-    /// Appends the texel of a cell `[dx, dy, dz, a]`.
+    /// Appends the texel of a cell `[x, y, z, a]`.
     #[inline(always)]
     pub(crate) fn push_cell(self, format: TexelFormat, cell: [f32; 4], out: &mut Vec<u8>) {
         with_facts!(self, F => F::push_cell(format, cell, out));
     }
 
-    /// Decodes a texel to the cell `[dx, dy, dz, a]`; d is zero if the encoding has no direction.
+    /// Decodes a texel to the cell `[x, y, z, a]`; x, y and z are zero without a direction.
     #[inline(always)]
     pub(crate) fn cell(self, format: TexelFormat, texel: &[u8]) -> [f32; 4] {
         with_facts!(self, F => F::cell_from_values(F::values(format, texel)))

@@ -49,7 +49,7 @@ fn written_grids_are_read_back_within_the_error_bounds() {
         assert_eq!(read, grid);
         let [max_a, max_d] = encoding.max_error(format);
         for (idx, cell) in cells(grid.spec()).into_iter().enumerate() {
-            let found = read.cone(idx);
+            let found = read.cell(idx);
             let rounding = 2.0 * f32::EPSILON;
             assert!((found[3] - cell[3]).abs() <= max_a + rounding);
             for x in 0..3 {

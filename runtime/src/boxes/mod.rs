@@ -166,7 +166,7 @@ impl Draw {
     ) -> Result<Self, InstanceError> {
         Ok(Self {
             clip_from_box: clip_from_box(clip_from_world, grid.spec(), instance)?,
-            occluder: AogridOccluder::new(grid.spec(), grid.format(), instance)?,
+            occluder: AogridOccluder::new(grid.spec(), grid.encoding(), grid.format(), instance)?,
         })
     }
 }

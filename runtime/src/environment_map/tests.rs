@@ -3,9 +3,10 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec3, Vec3};
 
 use super::*;
+use crate::AogridCone;
 use crate::environment::{
-    AogridCone, AogridEnvironment, aogrid_cone_radiance, aogrid_environment_at,
-    aogrid_environment_coordinate, aogrid_environment_level, aogrid_irradiance,
+    AogridEnvironment, aogrid_cone_radiance, aogrid_environment_at, aogrid_environment_coordinate,
+    aogrid_environment_level, aogrid_irradiance,
 };
 use crate::{Up, wgsl};
 

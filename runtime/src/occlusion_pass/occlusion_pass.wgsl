@@ -35,7 +35,7 @@ fn occlusion(@builtin(position) pixel: vec4f) -> @location(0) vec4f {
         discard;
     }
     let stored = textureSampleLevel(grid, linear_clamp, p_grid, 0.0);
-    let a = select(stored.r, stored.a, grids_hold_cones);
+    let a = select(stored.r, aogrid_fraction(draw.occluder, stored.a), grids_hold_cones);
     let t = aogrid_occlusion_transmittance(a, is_on_itself(draw.occluder, object));
     return vec4f(aogrid_strengthen(draw.occluder, t));
 }

@@ -53,7 +53,12 @@ impl AogridAtlasOccluder {
         let padded = |[x, y, z]: [f32; 3]| [x, y, z, 0.0];
         let [scale, offset] = region.scale_and_offset();
         Ok(Self {
-            occluder: AogridOccluder::new(&region.spec, atlas.format(), instance)?,
+            occluder: AogridOccluder::new(
+                &region.spec,
+                atlas.encoding(),
+                atlas.format(),
+                instance,
+            )?,
             half_cell: padded(region.half_cell()),
             atlas_scale: padded(scale),
             atlas_offset: padded(offset),

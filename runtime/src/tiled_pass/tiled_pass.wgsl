@@ -181,7 +181,7 @@ fn accumulate_occluder(accumulated: vec4f, idx: u32, p: vec3f, n: vec3f, object:
     switch shading {
         case OCCLUSION: {
             let stored = textureSampleLevel(atlas, linear_clamp, at, 0.0);
-            let a = select(stored.r, stored.a, grids_hold_cones);
+            let a = select(stored.r, aogrid_fraction(o, stored.a), grids_hold_cones);
             let t = aogrid_occlusion_transmittance(a, is_on_itself(o, object));
             return vec4f(accumulated.xyz, accumulated.w * aogrid_strengthen(o, t));
         }

@@ -43,10 +43,10 @@ pub fn faded_ball(format: TexelFormat) -> Grid {
 pub fn faded_ball_in(spec: GridSpec, format: TexelFormat) -> Grid {
     let plain = ball_in(spec, Encoding::Cone, TexelFormat::F32);
     let outer = (0..spec.cell_count()).filter(|&idx| spec.is_outer(spec.cell_at(idx)));
-    let largest = outer.map(|idx| plain.cone(idx)[3]).fold(0.0, f32::max);
+    let largest = outer.map(|idx| plain.cell(idx)[3]).fold(0.0, f32::max);
     let cells: Vec<_> = (0..spec.cell_count())
         .map(|idx| {
-            let [x, y, z, a] = plain.cone(idx);
+            let [x, y, z, a] = plain.cell(idx);
             [x, y, z, ((a - largest) / (1.0 - largest)).max(0.0)]
         })
         .collect();

@@ -162,7 +162,8 @@ impl ManyOccluders {
             let baked = &self.grids[*grid];
             (
                 *grid,
-                AogridOccluder::new(baked.spec(), baked.format(), instance).unwrap(),
+                AogridOccluder::new(baked.spec(), baked.encoding(), baked.format(), instance)
+                    .unwrap(),
             )
         };
         CpuTwin {

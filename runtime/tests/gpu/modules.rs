@@ -156,6 +156,12 @@ fn the_occluder_has_the_same_layout_in_rust_and_wgsl() {
             "one_minus_strength",
             offset_of!(AogridOccluder, one_minus_strength),
         ),
+        ("stores_root", offset_of!(AogridOccluder, stores_root)),
+        (
+            "min_axis_length",
+            offset_of!(AogridOccluder, min_axis_length),
+        ),
+        ("unused", offset_of!(AogridOccluder, unused)),
     ];
     assert_layout::<AogridOccluder>(&module, "AogridOccluder", &expected);
 }

@@ -42,7 +42,9 @@ impl Shading {
             let grid = grids[instance.mesh].clone().unwrap();
             let world_from_object = glam::DMat4::from(instance.world_from_object).as_mat4();
             let instance_at = Instance::at(world_from_object.to_cols_array_2d());
-            let occluder = AogridOccluder::new(grid.spec(), grid.format(), &instance_at).unwrap();
+            let occluder =
+                AogridOccluder::new(grid.spec(), grid.encoding(), grid.format(), &instance_at)
+                    .unwrap();
             (occluder, grid, textures[instance.mesh].clone().unwrap())
         });
         let casters = casters.collect();

@@ -55,8 +55,12 @@ pub(super) fn casters<'a>(job: &Job<'a>, shading: GridShading) -> anyhow::Result
             shading == GridShading::Occlusion || grid.encoding().has_direction(),
             "its grid has no cones: bake it with --encoding cone, or use --mode occlusion"
         );
-        let occluder =
-            AogridOccluder::new(grid.spec(), grid.format(), &runtime_instance(instance))?;
+        let occluder = AogridOccluder::new(
+            grid.spec(),
+            grid.encoding(),
+            grid.format(),
+            &runtime_instance(instance),
+        )?;
         Ok(Caster {
             instance,
             grid,

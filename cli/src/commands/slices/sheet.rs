@@ -2,7 +2,7 @@
 
 use aogrid_bake_core::TriangleMesh;
 use aogrid_bake_core::layers::CellClass;
-use aogrid_grid_format::Grid;
+use aogrid_grid_format::{Encoding, Grid};
 use image::RgbImage;
 
 use super::{BakedModel, outline};
@@ -191,6 +191,9 @@ fn draw_block(
         Quantity::Occlusion => {
             "a: occluded share of the sphere; x right, y up, one slice for each z"
         }
+        Quantity::Direction if grid.encoding() == Encoding::Moment => {
+            "v: direction towards the object, gray where occlusion is spread out, same slices"
+        }
         Quantity::Direction => "d: direction towards the object, same slices",
     };
     canvas.text(left, top, title, INK);
@@ -235,7 +238,7 @@ fn draw_slice(
         // Rows of pixels run downwards, y upwards.
         let j = (height - 1 - y) * ny / height;
         for x in 0..width {
-            let cone = grid.cone(grid.spec().cell_idx([x * nx / width, j, k]));
+            let cone = grid.cell(grid.spec().cell_idx([x * nx / width, j, k]));
             canvas.set(left + x, top + y, quantity.color(cone));
         }
     }

@@ -2,6 +2,8 @@
 mod harness;
 /// Merging.
 mod merging;
+/// Soft cones.
+mod soft;
 
 use aogrid_gpu_support::gpu;
 use aogrid_grid_format::{Encoding, TexelFormat};

@@ -187,7 +187,8 @@ fn axes_add_up_while_transmittances_multiply() {
         let mut expected = [0.0, 0.0, 0.0, 1.0];
         for instance in &scene.instances {
             let (spec, format) = (scene.grid.spec(), scene.grid.format());
-            let occluder = AogridOccluder::new(spec, format, instance).unwrap();
+            let encoding = scene.grid.encoding();
+            let occluder = AogridOccluder::new(spec, encoding, format, instance).unwrap();
             let p_grid = aogrid_grid_position(&occluder, [x, y, z]);
             if aogrid_is_inside(p_grid) {
                 let n = [nx, ny, nz];

@@ -138,8 +138,9 @@ impl Scene {
             .map(|pixel| {
                 let receiver = self.buffer.receivers[pixel];
                 let shading = self.instances.iter().map(|instance| {
-                    let (grid, format) = (self.grid.spec(), self.grid.format());
-                    AogridOccluder::new(grid, format, instance).unwrap()
+                    let grid = &self.grid;
+                    let (encoding, format) = (grid.encoding(), grid.format());
+                    AogridOccluder::new(grid.spec(), encoding, format, instance).unwrap()
                 });
                 shading
                     .filter(|o| aogrid_shades(o, receiver[0], receiver[1]))
