@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::error::{Context, ensure};
 use aogrid_bake_core::mesh::MeshReport;
-use aogrid_bake_core::{Observer, post};
+use aogrid_bake_core::{BakeOptions, Observer, RawGrid, bake_grid};
 use aogrid_baker_cpu::Baker;
 use aogrid_grid_format::{Grid, Source};
 
@@ -81,11 +81,12 @@ impl Grids {
         let grid = Arc::new(match &mesh.grid {
             GridSource::File(path) => read_grid(path)?,
             GridSource::Bake(placement, options) => {
-                let spec = placement.place(&mesh.mesh.bounds())?;
-                let raw = Baker::new(None)
-                    .prepare(&mesh.mesh, spec, options)?
-                    .bake(observer)?;
-                let grid = post::finish(raw, placement, options, mesh.source.clone())?;
+                let mut baker = Baker::new(None);
+                let visibility = |spec, options: &BakeOptions| -> crate::Result<RawGrid> {
+                    Ok(baker.prepare(&mesh.mesh, spec, options)?.bake(observer)?)
+                };
+                let source = mesh.source.clone();
+                let grid = bake_grid(&mesh.mesh, placement, options, source, visibility)?;
                 let warnings = warnings(&grid, &MeshReport::new(&mesh.mesh));
                 let named = |warning| format!("mesh `{}`: {warning}", mesh.name);
                 self.warnings.extend(warnings.into_iter().map(named));
