@@ -60,6 +60,8 @@ passed_on!(
     exr::error::Error,
     image::ImageError,
     aogrid_bake_core::PlacementError,
+    aogrid_bake_core::mesh::LoadError,
+    aogrid_bake_core::mesh::MeshError,
     aogrid_bake_core::post::PostError,
     aogrid_baker_cpu::BakeError,
     crate::reference::EnvironmentError,
