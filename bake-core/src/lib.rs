@@ -59,7 +59,7 @@ pub use layers::SignedLayers;
 pub use mesh::TriangleMesh;
 pub use observer::{Observer, Progress, UNOBSERVED};
 pub use options::{BakeOptions, OptionsError};
-pub use pipeline::{PipelineError, bake_grid};
+pub use pipeline::{PipelineError, bake_grid, bake_grid_at};
 pub use placement::{Extent, Placement, PlacementError};
 pub use prepared::{PrepareError, PreparedMesh};
 pub use preset::Preset;

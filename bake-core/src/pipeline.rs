@@ -38,15 +38,32 @@ pub fn bake_grid<E: From<PipelineError>>(
     placement: &Placement,
     options: &BakeOptions,
     source: Source,
+    visibility: impl FnMut(GridSpec, &BakeOptions) -> Result<RawGrid, E>,
+) -> Result<Grid, E> {
+    let spec = placement
+        .place(&mesh.bounds())
+        .map_err(PipelineError::from)?;
+    bake_grid_at(spec, mesh, placement, options, source, visibility)
+}
+
+/// Bakes a grid like [`bake_grid`], but with the box of `spec`; `placement` is only recorded.
+///
+/// # Errors
+///
+/// The same as those of [`bake_grid`].
+pub fn bake_grid_at<E: From<PipelineError>>(
+    spec: GridSpec,
+    mesh: &TriangleMesh,
+    placement: &Placement,
+    options: &BakeOptions,
+    source: Source,
     mut visibility: impl FnMut(GridSpec, &BakeOptions) -> Result<RawGrid, E>,
 ) -> Result<Grid, E> {
     options.validate().map_err(PipelineError::from)?;
-    let bounds = mesh.bounds();
-    let spec = placement.place(&bounds).map_err(PipelineError::from)?;
     let raw = visibility(spec, options)?;
     let near = match options.fit {
         true => {
-            let lattice = fit::lattice(&spec, &bounds).map_err(PipelineError::Lattice)?;
+            let lattice = fit::lattice(&spec, &mesh.bounds()).map_err(PipelineError::Lattice)?;
             let points = visibility(lattice, &fit::point_options(options))?;
             Some(NearSurface { mesh, points })
         }

@@ -60,9 +60,20 @@ passed_on!(
     exr::error::Error,
     image::ImageError,
     aogrid_bake_core::PipelineError,
+    aogrid_bake_core::PlacementError,
+    aogrid_bake_core::mesh::LoadError,
+    aogrid_bake_core::mesh::MeshError,
     aogrid_baker_cpu::BakeError,
     crate::reference::EnvironmentError,
     crate::reference::AreaLightError,
+    aogrid_runtime::EnvironmentFrameError,
+    aogrid_runtime::EnvironmentPassError,
+    aogrid_runtime::GridTextureError,
+    aogrid_runtime::InstanceError,
+    aogrid_runtime::PassError,
+    aogrid_runtime::PrepareError,
+    aogrid_runtime::wgpu::MapRangeError,
+    aogrid_runtime::wgpu::PollError,
 );
 
 /// Says what failed, in front of the cause.

@@ -20,28 +20,40 @@ const MARGIN_CELLS: f64 = 2.0;
 ///
 /// The lattice has more points than a grid may have cells.
 pub(crate) fn lattice(spec: &GridSpec, bounds: &Bounds) -> Result<GridSpec, SpecError> {
-    let size = spec.cell_size();
-    let half_extents = bounds.half_extents();
+    let (size, n) = (spec.cell_size(), spec.resolution());
+    let center = spec.center().map(f64::from);
     let axes = [0, 1, 2].map(|x| {
-        let layers = layers_apart(half_extents[x] / size[x], spec.resolution()[x]);
+        let in_cells = |v: f32| (f64::from(v) - center[x]) / size[x] + 0.5 * f64::from(n[x]);
+        let [first, last] = layers_around([bounds.min[x], bounds.max[x]].map(in_cells), n[x]);
         // A flat object has one cell between its layers: an odd number of steps has no points on it.
-        let steps = (DENSITY * layers).round().max(3.0);
-        let step = layers * size[x] / steps;
+        let steps = (DENSITY * (last - first)).round().max(3.0);
+        let step = (last - first) * size[x] / steps;
         let margin = (MARGIN_CELLS * size[x] / step).ceil();
         let points = steps + 1.0 + 2.0 * margin;
-        (points as u32, (0.5 * points * step) as f32)
+        let middle = 0.5 * (first + last) - 0.5 * f64::from(n[x]);
+        let center = (center[x] + middle * size[x]) as f32;
+        (points as u32, center, (0.5 * points * step) as f32)
     });
-    GridSpec::new(axes.map(|(n, _)| n), spec.center(), axes.map(|(_, e)| e))
+    GridSpec::new(
+        axes.map(|(n, ..)| n),
+        axes.map(|(_, center, _)| center),
+        axes.map(|(.., half_extent)| half_extent),
+    )
 }
 
-/// Returns the number of cells between the two layers of cell centers just outside an object with
-/// half-extent `half` in cells, along an axis with `n` cells; at most between the outer layers.
-fn layers_apart(half: f64, n: u32) -> f64 {
-    // Centers lie at odd multiples of half a cell from the middle for even n, at even ones for odd.
-    let parity = f64::from(1 - n % 2);
-    let from_middle = ((half - 0.5 * parity).ceil() + 0.5 * parity).max(0.5 * parity);
-    let apart = 2.0 * if from_middle == 0.0 { 1.0 } else { from_middle };
-    apart.min(f64::from(n - 1))
+/// Returns the layers of cell centers just outside an object that reaches from `min` to `max`, along
+/// an axis with `n` cells, all in cells; at most the outer layers.
+fn layers_around([min, max]: [f64; 2], n: u32) -> [f64; 2] {
+    let (mut first, mut last) = ((min - 0.5).floor(), (max - 0.5).ceil());
+    if first == last {
+        // A flat object in a layer.
+        (first, last) = (first - 1.0, last + 1.0);
+    }
+    let outer = f64::from(n - 1);
+    [
+        first.clamp(0.0, outer - 1.0) + 0.5,
+        last.clamp(1.0, outer) + 0.5,
+    ]
 }
 
 #[cfg(test)]
@@ -51,17 +63,16 @@ mod tests {
 
     #[test]
     fn layers_are_those_just_outside() {
-        // Even: centers at ½, 1½, 2½ …; odd: at 0, 1, 2 …
-        for (half, n, apart) in [
-            (2.48, 32, 5.0),
-            (2.6, 32, 7.0),
-            (0.0, 32, 1.0),
-            (0.4, 32, 1.0),
-            (1.98, 33, 4.0),
-            (0.0, 33, 2.0),
-            (99.0, 32, 31.0),
+        // Centers lie at ½, 1½, 2½ …
+        for (reach, n, layers) in [
+            ([13.52, 18.48], 32, [13.5, 18.5]),
+            ([13.4, 18.6], 32, [12.5, 19.5]),
+            ([16.0, 16.0], 32, [15.5, 16.5]),
+            ([16.5, 16.5], 33, [15.5, 17.5]),
+            ([-9.0, 99.0], 32, [0.5, 31.5]),
+            ([40.0, 40.0], 32, [30.5, 31.5]),
         ] {
-            assert_eq!(layers_apart(half, n), apart, "{half} {n}");
+            assert_eq!(layers_around(reach, n), layers, "{reach:?} {n}");
         }
     }
 
@@ -79,6 +90,7 @@ mod tests {
             };
             let spec = placement.place(&bounds).unwrap();
             let points = lattice(&spec, &bounds).unwrap();
+            assert_eq!(points.center(), spec.center());
             for x in 0..3 {
                 let (size, step) = (spec.cell_size()[x], points.cell_size()[x]);
                 let n = points.resolution()[x];
