@@ -64,6 +64,14 @@ passed_on!(
     aogrid_baker_cpu::BakeError,
     crate::reference::EnvironmentError,
     crate::reference::AreaLightError,
+    aogrid_runtime::EnvironmentFrameError,
+    aogrid_runtime::EnvironmentPassError,
+    aogrid_runtime::GridTextureError,
+    aogrid_runtime::InstanceError,
+    aogrid_runtime::PassError,
+    aogrid_runtime::PrepareError,
+    aogrid_runtime::wgpu::MapRangeError,
+    aogrid_runtime::wgpu::PollError,
 );
 
 /// Says what failed, in front of the cause.

@@ -2,7 +2,8 @@
 //! documents the files.
 //!
 //! [`load`] reads a file and the geometry that it names; grids ([`Grids`]) and the environment's
-//! map ([`EnvironmentSource::load`]) are read or made when a mode needs them.
+//! map ([`EnvironmentSource::load`]) are read or made when a mode needs them. [`shade`] has the
+//! modes, [`reference`] the truth.
 
 mod build;
 mod camera;
@@ -15,6 +16,7 @@ mod paths;
 mod receivers;
 pub mod reference;
 mod schema;
+pub mod shade;
 mod values;
 
 use std::fs;

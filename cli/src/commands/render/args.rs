@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use anyhow::{bail, ensure};
 use aogrid_baker_gpu::AdapterSelector;
 use aogrid_scene::reference::ReferenceOptions;
+use aogrid_scene::shade::{self, Mode};
 use clap::ValueEnum;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 /// Render a scene: a picture as PNG or EXR, or a list of receivers as CSV
 ///
@@ -19,8 +21,8 @@ pub(crate) struct Args {
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
     /// Shading mode; several with commas between
-    #[arg(long, value_enum, required = true, value_delimiter = ',')]
-    pub mode: Vec<Mode>,
+    #[arg(long, value_parser = mode_parser(), required = true, value_delimiter = ',')]
+    pub mode: Vec<&'static Mode>,
     /// The file to write: .png, .exr or .csv
     #[arg(short, long, value_name = "OUT")]
     pub out: PathBuf,
@@ -59,23 +61,6 @@ Examples:
   aogrid render scenes/table.toml --mode cone -o table.exr --gbuffer gbuffer.exr
   aogrid render scenes/box-on-floor.toml --mode truth,cone --samples 1024 -o box.csv";
 
-/// A shading mode.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Mode {
-    /// Ray tracing of the whole scene
-    Truth,
-    /// The occluders' grids without regard to normals, multiplied
-    Occlusion,
-    /// The occluders' grids as cones clipped by the receiver's plane, multiplied
-    Cone,
-    /// The same cones merged, one after the other in the scene's order
-    Merge,
-    /// Cones multiplied, and light from the environment except from their directions
-    Environment,
-    /// The same with the cones merged
-    EnvironmentMerge,
-}
-
 /// The device that looks up the grids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum BackendArg {
@@ -89,20 +74,6 @@ pub(crate) enum OutputKind {
     Png,
     Exr,
     Csv,
-}
-
-impl Mode {
-    /// Returns the mode's name in channels and columns.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Truth => "truth",
-            Self::Occlusion => "occlusion",
-            Self::Cone => "cone",
-            Self::Merge => "merge",
-            Self::Environment => "environment",
-            Self::EnvironmentMerge => "environment-merge",
-        }
-    }
 }
 
 impl Args {
@@ -129,13 +100,13 @@ impl Args {
                 "{shown}: a GPU shades pictures only: leave out --backend gpu for a list"
             );
             ensure!(
-                self.mode.iter().any(|&mode| mode != Mode::Truth),
+                self.mode.iter().any(|mode| mode.runs_on_gpu()),
                 "rays are traced on the CPU: leave out --backend gpu"
             );
         }
         for (idx, mode) in self.mode.iter().enumerate() {
-            if self.mode[..idx].contains(mode) {
-                bail!("mode `{}` is named twice", mode.name());
+            if self.mode[..idx].iter().any(|m| m.name == mode.name) {
+                bail!("mode `{}` is named twice", mode.name);
             }
         }
         Ok(kind)
@@ -160,6 +131,12 @@ impl Args {
         options.seed = self.seed.unwrap_or(options.seed);
         options.max_distance = self.max_distance.or(options.max_distance);
     }
+}
+
+/// Returns the parser of modes' names.
+fn mode_parser() -> impl TypedValueParser<Value = &'static Mode> {
+    let known = shade::ALL.map(|mode| PossibleValue::new(mode.name).help(mode.summary));
+    PossibleValuesParser::new(known).map(|name| Mode::named(&name).expect("clap has checked it"))
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -5,8 +5,7 @@ use std::io::Cursor;
 use anyhow::Context;
 use image::{ImageFormat, Rgb, RgbImage};
 
-use super::args::Mode;
-use super::{Job, Shaded};
+use aogrid_scene::shade::{Mode, ShadeInput, Shaded};
 use aogrid_scene::{GBuffer, ReceiverList};
 
 /// Gap between modes side by side, in pixels.
@@ -15,20 +14,20 @@ const GAP_COLOR: [u8; 3] = [24, 24, 28];
 
 /// Returns a PNG with the modes side by side.
 pub(super) fn png(
-    job: &Job<'_>,
+    input: &ShadeInput<'_>,
     (gbuffer, pixels): &(GBuffer, Vec<usize>),
-    shaded: &[(Mode, Shaded)],
+    shaded: &[(&Mode, Shaded)],
 ) -> anyhow::Result<Vec<u8>> {
     let [width, height] = gbuffer.size;
     let modes = shaded.len() as u32;
     let mut image = RgbImage::from_pixel(modes * (width + GAP) - GAP, height, Rgb(GAP_COLOR));
-    let exposure = job.scene.exposure;
+    let exposure = input.scene.exposure;
     for (mode, (_, shaded)) in (0..).zip(shaded) {
         let mut put = |pixel: usize, color| {
             let (x, y) = (pixel as u32 % width, pixel as u32 / width);
             image.put_pixel(mode * (width + GAP) + x, y, Rgb(color));
         };
-        match shaded.light.as_ref().filter(|_| job.scene.shows_light) {
+        match shaded.light.as_ref().filter(|_| input.scene.shows_light) {
             None => {
                 // Pixels without a surface are unoccluded.
                 (0..gbuffer.ids.len()).for_each(|pixel| put(pixel, [255; 3]));
@@ -37,11 +36,11 @@ pub(super) fn png(
                 }
             }
             Some(light) => {
-                for (pixel, color) in sky(job, gbuffer).into_iter().enumerate() {
+                for (pixel, color) in sky(input, gbuffer).into_iter().enumerate() {
                     put(pixel, display(color, exposure));
                 }
                 for (idx, &pixel) in pixels.iter().enumerate() {
-                    put(pixel, display(reflected(job, idx, light[idx]), exposure));
+                    put(pixel, display(reflected(input, idx, light[idx]), exposure));
                 }
             }
         }
@@ -56,12 +55,12 @@ pub(super) fn png(
 /// Returns an EXR file with the channels of every mode: `AO`, `AO.stderr`, and in a lit scene `R`,
 /// `G`, `B` and their errors. With several modes, names are prefixed with the mode and a point.
 pub(super) fn exr(
-    job: &Job<'_>,
+    input: &ShadeInput<'_>,
     (gbuffer, pixels): &(GBuffer, Vec<usize>),
-    shaded: &[(Mode, Shaded)],
+    shaded: &[(&Mode, Shaded)],
 ) -> anyhow::Result<Vec<u8>> {
-    let sky = match job.scene.is_lit() {
-        true => sky(job, gbuffer),
+    let sky = match input.scene.is_lit() {
+        true => sky(input, gbuffer),
         false => vec![],
     };
     let mut channels = vec![];
@@ -71,7 +70,7 @@ pub(super) fn exr(
             name,
             values,
             color,
-        } in columns(job, shaded)
+        } in columns(input, shaded)
         {
             let mut all: Vec<f32> = match color {
                 None => vec![0.0; gbuffer.ids.len()],
@@ -82,7 +81,7 @@ pub(super) fn exr(
             }
             let name = match alone {
                 true => name,
-                false => format!("{}.{name}", mode.name()),
+                false => format!("{}.{name}", mode.name),
             };
             channels.push(aogrid_scene::channel(&name, all.into_iter()));
         }
@@ -93,15 +92,15 @@ pub(super) fn exr(
 /// Returns a CSV table with the list's own columns and, for every mode, AO as `MODE` and its other
 /// quantities as `MODE.NAME`; prefixed with `rendered.` if the list has a column of that name.
 pub(super) fn csv(
-    job: &Job<'_>,
+    input: &ShadeInput<'_>,
     list: &ReceiverList,
-    shaded: &[(Mode, Shaded)],
+    shaded: &[(&Mode, Shaded)],
 ) -> anyhow::Result<Vec<u8>> {
     let mut header = list.columns.clone();
     let mut added: Vec<Vec<f32>> = vec![];
     for (mode, shaded) in shaded {
-        for Column { name, values, .. } in columns(job, shaded) {
-            let mode = mode.name();
+        for Column { name, values, .. } in columns(input, shaded) {
+            let mode = mode.name;
             let mut title = match name.strip_prefix("AO") {
                 Some(rest) => format!("{mode}{rest}"),
                 None => format!("{mode}.{name}"),
@@ -134,7 +133,7 @@ struct Column {
     color: Option<usize>,
 }
 
-fn columns(job: &Job<'_>, shaded: &Shaded) -> Vec<Column> {
+fn columns(input: &ShadeInput<'_>, shaded: &Shaded) -> Vec<Column> {
     let column = |name: &str, values: Vec<f32>, color| Column {
         name: name.to_owned(),
         values,
@@ -147,7 +146,7 @@ fn columns(job: &Job<'_>, shaded: &Shaded) -> Vec<Column> {
     for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
         let of = |light: &[[f32; 3]]| {
             let light = light.iter().enumerate();
-            light.map(|(idx, &l)| reflected(job, idx, l)[c]).collect()
+            light.map(|(idx, &l)| reflected(input, idx, l)[c]).collect()
         };
         if let Some(light) = &shaded.light {
             columns.push(column(name, of(light), Some(c)));
@@ -161,24 +160,22 @@ fn columns(job: &Job<'_>, shaded: &Shaded) -> Vec<Column> {
 
 /// Returns the radiance from receiver `idx`: light times the albedo of its instance's material, if
 /// the instance is known.
-fn reflected(job: &Job<'_>, idx: usize, light: [f32; 3]) -> [f32; 3] {
-    let id = job.target.ids[idx];
-    let instance = job.instances.get(id);
-    let albedo = instance.map_or([1.0; 3], |i| job.scene.materials[i.material].albedo);
+fn reflected(input: &ShadeInput<'_>, idx: usize, light: [f32; 3]) -> [f32; 3] {
+    let albedo = input.albedo(idx);
     std::array::from_fn(|c| light[c] * albedo[c])
 }
 
 /// Returns the radiance that each pixel would see without objects.
-fn sky(job: &Job<'_>, gbuffer: &GBuffer) -> Vec<[f32; 3]> {
+fn sky(input: &ShadeInput<'_>, gbuffer: &GBuffer) -> Vec<[f32; 3]> {
     let [width, height] = gbuffer.size;
     let pixels = (0..width * height).map(|pixel| [pixel % width, pixel / width]);
-    let (Some(environment), Some(camera)) = (&job.environment, &job.scene.camera) else {
-        return pixels.map(|_| job.scene.ambient).collect();
+    let (Some(environment), Some(camera)) = (input.environment, &input.scene.camera) else {
+        return pixels.map(|_| input.scene.ambient).collect();
     };
     let radiance = |at| {
         let [_, direction] = camera.ray(at);
         let radiance = environment.radiance(direction.into());
-        std::array::from_fn(|c| radiance[c] + job.scene.ambient[c])
+        std::array::from_fn(|c| radiance[c] + input.scene.ambient[c])
     };
     pixels.map(radiance).collect()
 }

@@ -1,4 +1,4 @@
-//! Modes `environment` and `environment-merge` on the CPU: light from the environment less what the
+//! Light on the CPU: light from the environment less what the
 //! grids' cones occlude, multiplied or merged, by the runtime's CPU twin (RR-5779, 5.2 and 5.3).
 
 use std::collections::HashMap;
@@ -6,18 +6,18 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use anyhow::{Context, bail, ensure};
 use aogrid_bake_core::Progress;
 use aogrid_runtime::environment::{aogrid_glossy, aogrid_lambertian};
 use aogrid_runtime::shading::{
     aogrid_cone_with_axis_at, aogrid_grid_position, aogrid_is_inside, aogrid_merge, aogrid_multiply,
 };
 use aogrid_runtime::{AogridEnvironment, CpuTexture, EnvironmentMap};
-use aogrid_scene::reference::Receiver;
 use rayon::prelude::*;
 
 use super::casters::{Caster, GridShading, casters};
-use super::{Job, Shaded, glossy};
+use super::{ShadeInput, Shaded, glossy};
+use crate::error::{Context, Result, bail, ensure};
+use crate::reference::Receiver;
 
 /// Number of receivers between two checks for an interrupt.
 const CHUNK: usize = 4096;
@@ -38,9 +38,9 @@ pub(super) struct EnvironmentLight<'a> {
 
 impl<'a> EnvironmentLight<'a> {
     /// Prepares the environment, if there is one, plus ambient light.
-    pub(super) fn new(job: &Job<'a>) -> anyhow::Result<Self> {
-        let ambient = job.scene.ambient;
-        let (map, rows) = match &job.environment {
+    pub(super) fn new(input: &ShadeInput<'a>) -> Result<Self> {
+        let ambient = input.scene.ambient;
+        let (map, rows) = match input.environment {
             None => (EnvironmentMap::new([1, 1], &[ambient]), IDENTITY),
             Some(environment) => {
                 let texels = environment.texels().iter();
@@ -49,14 +49,14 @@ impl<'a> EnvironmentLight<'a> {
                 (map, environment.map_from_world())
             }
         };
-        let mut lobes = vec![None; job.target.receivers.len()];
-        for (idx, lobe) in glossy::lobes(job)? {
+        let mut lobes = vec![None; input.target.receivers.len()];
+        for (idx, lobe) in glossy::lobes(input)? {
             let fraction = 0.5 * (1.0 - lobe.half_angle.cos());
             lobes[idx] = Some((lobe.axis.map(|x| x as f32), fraction as f32));
         }
         Ok(Self {
-            receivers: &job.target.receivers,
-            map: map.with_context(|| format!("{}: environment", job.scene.path.display()))?,
+            receivers: &input.target.receivers,
+            map: map.with_context(|| format!("{}: environment", input.scene.path.display()))?,
             environment: AogridEnvironment::from_rotation(rows.map(|row| row.map(|x| x as f32))),
             lobes,
         })
@@ -90,11 +90,11 @@ impl<'a> EnvironmentLight<'a> {
 
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-pub(super) fn shade(job: &Job<'_>, shading: GridShading) -> anyhow::Result<Shaded> {
-    check(job)?;
-    let environment_light = EnvironmentLight::new(job)?;
-    let casters = casters(job, shading)?;
-    let occlusion = occlusion(job, &casters, shading)?;
+pub(super) fn shade(input: &ShadeInput<'_>, shading: GridShading) -> Result<Shaded> {
+    check(input)?;
+    let environment_light = EnvironmentLight::new(input)?;
+    let casters = casters(input, shading)?;
+    let occlusion = occlusion(input, &casters, shading)?;
     let pairs = occlusion.par_iter().enumerate();
     let light = pairs.map(|(idx, &occlusion)| environment_light.light(idx, occlusion));
     Ok(Shaded {
@@ -106,8 +106,8 @@ pub(super) fn shade(job: &Job<'_>, shading: GridShading) -> anyhow::Result<Shade
 }
 
 /// Checks that the scene is lit by an environment or ambient light, and by nothing else.
-pub(super) fn check(job: &Job<'_>) -> anyhow::Result<()> {
-    let (scene, shown) = (job.scene, job.scene.path.display());
+pub(super) fn check(input: &ShadeInput<'_>) -> Result<()> {
+    let (scene, shown) = (input.scene, input.scene.path.display());
     ensure!(
         scene.environment.is_some() || scene.ambient != [0.0; 3],
         "{shown}: this mode needs light from all around: add [environment] or `ambient`"
@@ -122,10 +122,10 @@ pub(super) fn check(job: &Job<'_>) -> anyhow::Result<()> {
 /// Accumulates the casters at each receiver: the sum of all (AO/2) d′, and the transmittance
 /// 1 − AO.
 fn occlusion(
-    job: &Job<'_>,
+    input: &ShadeInput<'_>,
     casters: &[Caster<'_>],
     shading: GridShading,
-) -> anyhow::Result<Vec<[f32; 4]>> {
+) -> Result<Vec<[f32; 4]>> {
     let clip = CpuTexture::clip_table();
     let overlaps = CpuTexture::intersection_table();
     // Instances that share a grid share its texture.
@@ -138,7 +138,7 @@ fn occlusion(
         .iter()
         .map(|c| &textures[&Arc::as_ptr(&c.grid)])
         .collect();
-    let (target, instances) = (job.target, &job.instances);
+    let (target, instances) = (input.target, &input.instances);
     let accumulate = |idx: usize| {
         let (receiver, id) = (&target.receivers[idx], target.ids[idx]);
         let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
@@ -156,28 +156,28 @@ fn occlusion(
         }
         occlusion
     };
-    let bar = job.console.progress("look-ups");
+    let stage = (input.stages)("look-ups");
     let total = target.receivers.len();
     let done = AtomicUsize::new(0);
     let indices: Vec<_> = (0..total).collect();
     let chunk = |indices: &[usize]| {
         let done = done.fetch_add(indices.len(), Ordering::Relaxed) + indices.len();
-        match bar.observe(Progress { done, total }) {
+        match stage(Progress { done, total }) {
             ControlFlow::Break(()) => bail!("interrupted"),
             ControlFlow::Continue(()) => Ok(indices.iter().map(|&idx| accumulate(idx)).collect()),
         }
     };
-    let chunks: anyhow::Result<Vec<Vec<_>>> = indices.par_chunks(CHUNK).map(chunk).collect();
+    let chunks: Result<Vec<Vec<_>>> = indices.par_chunks(CHUNK).map(chunk).collect();
     Ok(chunks?.concat())
 }
 
 /// Returns a mode's result from its AO alone: the light is that of the scene without occluders
 /// times 1 − AO. A scene with an area light, which casts shadows of its own, gets no light.
-pub(super) fn with_light(job: &Job<'_>, occlusion: Vec<f32>) -> anyhow::Result<Shaded> {
-    let scene = job.scene;
+pub(super) fn with_light(input: &ShadeInput<'_>, occlusion: Vec<f32>) -> Result<Shaded> {
+    let scene = input.scene;
     let light = match scene.is_lit() && scene.area_light.is_none() {
         true => {
-            let unoccluded = EnvironmentLight::new(job)?.unoccluded();
+            let unoccluded = EnvironmentLight::new(input)?.unoccluded();
             let pairs = unoccluded.iter().zip(&occlusion);
             Some(pairs.map(|(c, ao)| c.map(|v| v * (1.0 - ao))).collect())
         }

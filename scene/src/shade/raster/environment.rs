@@ -1,9 +1,7 @@
-//! Modes `environment` and `environment-merge` on a GPU: the runtime's environment pass after its
+//! Light on a GPU: the runtime's environment pass after its
 //! occlusion or merge pass, once for diffuse surfaces and once for each gloss, selected by a
 //! stencil.
 
-use anyhow::Context as _;
-use aogrid_baker_gpu::Context;
 use aogrid_runtime::{
     EnvironmentFrame, EnvironmentPass, EnvironmentPassDescriptor, EnvironmentTexture, Output,
     Reflection, wgpu,
@@ -11,11 +9,12 @@ use aogrid_runtime::{
 use wgpu::{TextureFormat, TextureUsages};
 
 use super::super::casters::GridShading;
-use super::super::environment::{EnvironmentLight, check};
-use super::super::{Job, Shaded, glossy};
+use super::super::light::{EnvironmentLight, check};
+use super::super::{Gpu, ShadeInput, Shaded, glossy};
 use super::textures::{cleared_attachment, create_texture, read_back, upload};
 use super::{FORMAT, Picture, catch_out_of_memory};
-use aogrid_scene::{Camera, Projection};
+use crate::error::{Result, SceneError};
+use crate::{Camera, Projection};
 
 const LIGHT: TextureFormat = TextureFormat::Rgba32Float;
 
@@ -35,14 +34,14 @@ struct Materials {
 }
 
 pub(in super::super) fn shade(
-    job: &Job<'_>,
-    gpu: &Context,
+    input: &ShadeInput<'_>,
+    gpu: &Gpu<'_>,
     shading: GridShading,
-) -> anyhow::Result<Shaded> {
-    check(job)?;
+) -> Result<Shaded> {
+    check(input)?;
     catch_out_of_memory(gpu, || {
-        let environment_light = EnvironmentLight::new(job)?;
-        let picture = Picture::new(job, gpu, shading)?;
+        let environment_light = EnvironmentLight::new(input)?;
+        let picture = Picture::new(input, gpu, shading)?;
         let (encoder, occlusion) = match shading {
             GridShading::Merge => picture.merge()?,
             GridShading::Occlusion | GridShading::Cone => {
@@ -66,14 +65,14 @@ fn rgb([r, g, b, _]: [f32; 4]) -> [f32; 3] {
 }
 
 impl Materials {
-    fn new(picture: &Picture<'_>) -> anyhow::Result<Self> {
+    fn new(picture: &Picture<'_>) -> Result<Self> {
         let [width, height] = picture.size.map(|n| n as usize);
         let mut stencil = vec![NO_SURFACE; width * height];
         for &pixel in picture.pixels {
             stencil[pixel] = DIFFUSE;
         }
         let mut lobes = vec![];
-        for (idx, lobe) in glossy::lobes(picture.job)? {
+        for (idx, lobe) in glossy::lobes(picture.input)? {
             let known = lobes.iter().position(|known| *known == lobe.half_angle);
             let kind = known.unwrap_or(lobes.len());
             if known.is_none() {
@@ -81,12 +80,12 @@ impl Materials {
             }
             stencil[picture.pixels[idx]] = u8::try_from(kind + usize::from(FIRST_GLOSSY))
                 .ok()
-                .with_context(|| {
-                    format!(
+                .ok_or_else(|| {
+                    SceneError::new(format!(
                         "{}: materials differ in `gloss` in more ways than a stencil can tell \
                          apart: use --backend cpu",
-                        picture.job.scene.path.display()
-                    )
+                        picture.input.scene.path.display()
+                    ))
                 })?;
         }
         Ok(Self { stencil, lobes })
@@ -99,13 +98,13 @@ impl Picture<'_> {
         &self,
         environment_light: &EnvironmentLight<'_>,
         occlusion: &wgpu::Texture,
-    ) -> anyhow::Result<Vec<[f32; 4]>> {
+    ) -> Result<Vec<[f32; 4]>> {
         let Materials { stencil, lobes } = Materials::new(self)?;
-        let (device, queue) = (self.gpu.device(), self.gpu.queue());
-        let camera = self.job.scene.camera.as_ref();
+        let (device, queue) = (self.gpu.device, self.gpu.queue);
+        let camera = self.input.scene.camera.as_ref();
         let frame = EnvironmentFrame {
             gbuffer: self.gbuffer()?,
-            eye: eye(camera.context("a picture needs a camera")?),
+            eye: eye(camera.ok_or_else(|| SceneError::new("a picture needs a camera"))?),
             lobe_half_angle: 0.0,
             environment: environment_light.environment,
             map: &EnvironmentTexture::new(device, queue, &environment_light.map, "environment"),
@@ -126,8 +125,8 @@ impl Picture<'_> {
         &self,
         reflection: Reflection,
         frame: &EnvironmentFrame<'_>,
-    ) -> anyhow::Result<EnvironmentPass> {
-        let (device, queue) = (self.gpu.device(), self.gpu.queue());
+    ) -> Result<EnvironmentPass> {
+        let (device, queue) = (self.gpu.device, self.gpu.queue);
         let descriptor = EnvironmentPassDescriptor {
             label: format!("{reflection:?}"),
             reflection,
@@ -142,7 +141,7 @@ impl Picture<'_> {
     }
 
     /// Draws each pass where the stencil equals `DIFFUSE` plus the pass's index.
-    fn draw(&self, stencil: &[u8], passes: &[EnvironmentPass]) -> anyhow::Result<Vec<[f32; 4]>> {
+    fn draw(&self, stencil: &[u8], passes: &[EnvironmentPass]) -> Result<Vec<[f32; 4]>> {
         let gpu = self.gpu;
         let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_DST;
         let marks = create_texture(gpu, "materials", self.size, STENCIL, usage);
@@ -150,7 +149,7 @@ impl Picture<'_> {
         let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC;
         let light = create_texture(gpu, "light", self.size, LIGHT, usage);
         let [marks, target] = [&marks, &light].map(|t| t.create_view(&Default::default()));
-        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let mut render_pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("light"),
             color_attachments: &[Some(cleared_attachment(&target, wgpu::Color::BLACK))],

@@ -1,11 +1,10 @@
 //! The points to shade, and the result of shading.
 
-use aogrid_scene::reference::Receiver;
-
-use aogrid_scene::{GBuffer, ReceiverList};
+use crate::reference::Receiver;
+use crate::{GBuffer, ReceiverList};
 
 /// The points to shade: those of a list, or those that a picture's pixels see.
-pub(crate) struct Target {
+pub struct Target {
     /// The points with normals, lifted off their surfaces so that rays may start there.
     pub receivers: Vec<Receiver>,
     /// Id of the instance that each point lies on; 0 if unknown.
@@ -15,7 +14,7 @@ pub(crate) struct Target {
 }
 
 /// The result of a mode, with an entry for each receiver.
-pub(crate) struct Shaded {
+pub struct Shaded {
     /// AO: 0 open, 1 fully occluded.
     pub occlusion: Vec<f32>,
     /// Standard errors of AO, if the mode estimates them.
@@ -27,7 +26,8 @@ pub(crate) struct Shaded {
 }
 
 impl Target {
-    pub(super) fn of_list(list: &ReceiverList) -> Self {
+    /// Returns the points of a list.
+    pub fn of_list(list: &ReceiverList) -> Self {
         Self {
             receivers: list.lifted(),
             ids: vec![list.object.unwrap_or(0); list.points.len()],
@@ -35,7 +35,8 @@ impl Target {
         }
     }
 
-    pub(super) fn of_picture(gbuffer: GBuffer) -> Self {
+    /// Returns the points that a picture's pixels see.
+    pub fn of_picture(gbuffer: GBuffer) -> Self {
         let (pixels, receivers): (Vec<_>, Vec<_>) = gbuffer.receivers().into_iter().unzip();
         Self {
             receivers,

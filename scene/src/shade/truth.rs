@@ -1,42 +1,45 @@
 //! Mode `truth`: path-traced reference with rays through all occluders.
 
-use anyhow::Context;
 use aogrid_baker_cpu::RayScene;
-use aogrid_scene::reference::{self, Lighting, ShadingEstimate};
 
-use super::{Job, Shaded, glossy};
+use super::{Mode, ShadeInput, Shaded, glossy};
+use crate::error::{Context, Result};
+use crate::reference::{self, Lighting, ShadingEstimate};
 
-pub(super) fn shade(job: &Job<'_>) -> anyhow::Result<Shaded> {
-    let scene = job.scene;
+pub(super) const MODE: Mode = Mode {
+    name: "truth",
+    summary: "Ray tracing of the whole scene",
+    needs_light: false,
+    on_cpu: shade,
+    on_gpu: None,
+};
+
+fn shade(input: &ShadeInput<'_>) -> Result<Shaded> {
+    let scene = input.scene;
     let lighting = Lighting {
         ambient: scene.ambient,
-        environment: job.environment.as_ref(),
+        environment: input.environment,
         area_light: scene.area_light,
     };
     let casters = scene.flattened(|instance| instance.casts)?;
     let occluder = casters.as_ref().map(RayScene::new);
-    let bar = job.console.progress("truth");
-    let shades = reference::shade(
+    let stage = (input.stages)("truth");
+    let mut shades = reference::shade(
         occluder.as_ref(),
-        &job.target.receivers,
+        &input.target.receivers,
         &lighting,
         &scene.truth,
-        &|progress| bar.observe(progress),
+        &*stage,
     )
     .with_context(|| scene.path.display().to_string())?;
-    let mut shades = shades;
+    drop(stage);
     // Glossy receivers reflect a lobe instead of the hemisphere; AO stays as it is.
     if scene.is_lit() {
-        let (indices, lobes): (Vec<_>, Vec<_>) = glossy::lobes(job)?.into_iter().unzip();
-        let bar = job.console.progress("truth, glossy");
-        let reflected = reference::reflect(
-            occluder.as_ref(),
-            &lobes,
-            &lighting,
-            &scene.truth,
-            &|progress| bar.observe(progress),
-        )
-        .with_context(|| scene.path.display().to_string())?;
+        let (indices, lobes): (Vec<_>, Vec<_>) = glossy::lobes(input)?.into_iter().unzip();
+        let stage = (input.stages)("truth, glossy");
+        let reflected =
+            reference::reflect(occluder.as_ref(), &lobes, &lighting, &scene.truth, &*stage)
+                .with_context(|| scene.path.display().to_string())?;
         for (idx, glossy) in indices.into_iter().zip(reflected) {
             shades[idx].light = glossy.light;
         }

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use anyhow::{Context, ensure};
 use aogrid_grid_format::Grid;
 use aogrid_runtime::AogridOccluder;
 use glam::DMat4;
 
-use super::Job;
-use aogrid_scene::Instance;
+use super::ShadeInput;
+use crate::Instance;
+use crate::error::{Context, Result, SceneError, ensure};
 
 /// The use of a grid's cone in shading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,20 +37,15 @@ impl Caster<'_> {
 }
 
 /// Returns all casters in the scene's order; bakes or reads their grids.
-pub(super) fn casters<'a>(job: &Job<'a>, shading: GridShading) -> anyhow::Result<Vec<Caster<'a>>> {
-    let scene = job.scene;
-    let bar = job.console.progress("grids");
-    let mut grids = job.grids.borrow_mut();
-    let resolved = grids.resolve(scene, &|progress| bar.observe(progress))?;
-    drop(bar);
-    for warning in grids.take_warnings() {
-        job.console
-            .warning(&format!("{}: {warning}", scene.path.display()));
-    }
+pub(super) fn casters<'a>(input: &ShadeInput<'a>, shading: GridShading) -> Result<Vec<Caster<'a>>> {
+    let scene = input.scene;
+    let stage = (input.stages)("grids");
+    let resolved = input.grids.borrow_mut().resolve(scene, &*stage)?;
+    drop(stage);
     let caster = |instance: &'a Instance| {
         let grid = resolved[instance.mesh]
             .clone()
-            .context("no grid was made")?;
+            .ok_or_else(|| SceneError::new("no grid was made"))?;
         ensure!(
             shading == GridShading::Occlusion || grid.encoding().has_direction(),
             "its grid has no cones: bake it with --encoding cone, or use --mode occlusion"
@@ -67,13 +62,13 @@ pub(super) fn casters<'a>(job: &Job<'a>, shading: GridShading) -> anyhow::Result
             occluder,
         })
     };
-    let named = |instance| caster(instance).with_context(|| describe(job, instance));
+    let named = |instance| caster(instance).with_context(|| describe(input, instance));
     scene.casters().map(named).collect()
 }
 
 /// Returns an instance's scene and name for messages.
-pub(super) fn describe(job: &Job<'_>, instance: &Instance) -> String {
-    format!("{}: `{}`", job.scene.path.display(), instance.name)
+pub(super) fn describe(input: &ShadeInput<'_>, instance: &Instance) -> String {
+    format!("{}: `{}`", input.scene.path.display(), instance.name)
 }
 
 /// Converts an instance to the runtime's type, without the excluded receivers, of which a scene may

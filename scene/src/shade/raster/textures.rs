@@ -1,11 +1,11 @@
 //! Upload of a picture's G-buffer to textures, and read-back of textures.
 
-use aogrid_baker_gpu::Context;
 use aogrid_runtime::{AOGRID_NO_OBJECT, wgpu};
 use wgpu::{TextureFormat, TextureUsages};
 
-use super::super::Job;
-use aogrid_scene::GBuffer;
+use super::super::{Gpu, ShadeInput};
+use crate::GBuffer;
+use crate::error::Result;
 
 /// The G-buffer textures that the passes read.
 pub(super) struct Views {
@@ -16,18 +16,23 @@ pub(super) struct Views {
 
 impl Views {
     /// Uploads the same points that the CPU twin shades, which are lifted off their surfaces.
-    pub(super) fn new(job: &Job<'_>, gpu: &Context, gbuffer: &GBuffer, pixels: &[usize]) -> Self {
+    pub(super) fn new(
+        input: &ShadeInput<'_>,
+        gpu: &Gpu<'_>,
+        gbuffer: &GBuffer,
+        pixels: &[usize],
+    ) -> Self {
         // Pixels without a surface get NaN, which lies in no occluder's box.
         let mut positions = vec![[f32::NAN; 4]; gbuffer.ids.len()];
         let mut normals = vec![[0.0; 4]; gbuffer.ids.len()];
         let mut receivers = vec![[AOGRID_NO_OBJECT, 0]; gbuffer.ids.len()];
         for (idx, &pixel) in pixels.iter().enumerate() {
-            let receiver = &job.target.receivers[idx];
-            let id = job.target.ids[idx];
+            let receiver = &input.target.receivers[idx];
+            let id = input.target.ids[idx];
             let xyz0 = |[x, y, z]: [f64; 3]| [x as f32, y as f32, z as f32, 0.0];
             positions[pixel] = xyz0(receiver.position);
             normals[pixel] = xyz0(receiver.normal);
-            receivers[pixel] = [id, job.instances.layers(id)];
+            receivers[pixel] = [id, input.instances.layers(id)];
         }
         let view = |label, format, texels: &[u8]| {
             let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
@@ -49,13 +54,13 @@ impl Views {
 }
 
 pub(super) fn create_texture(
-    gpu: &Context,
+    gpu: &Gpu<'_>,
     label: &str,
     [width, height]: [u32; 2],
     format: TextureFormat,
     usage: TextureUsages,
 ) -> wgpu::Texture {
-    gpu.device().create_texture(&wgpu::TextureDescriptor {
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
         size: wgpu::Extent3d {
             width,
@@ -72,14 +77,14 @@ pub(super) fn create_texture(
 }
 
 /// Fills a texture with rows from the top.
-pub(super) fn upload(gpu: &Context, texture: &wgpu::Texture, texels: &[u8]) {
+pub(super) fn upload(gpu: &Gpu<'_>, texture: &wgpu::Texture, texels: &[u8]) {
     let size = texture.size();
     let layout = wgpu::TexelCopyBufferLayout {
         bytes_per_row: Some(texels.len() as u32 / size.height),
         ..Default::default()
     };
     let whole = texture.as_image_copy();
-    gpu.queue().write_texture(whole, texels, layout, size);
+    gpu.queue.write_texture(whole, texels, layout, size);
 }
 
 /// Returns a color attachment that is cleared first.
@@ -101,16 +106,16 @@ pub(super) fn cleared_attachment(
 /// Submits the recorded commands and reads a texture of half or single floats back, row by row.
 /// Missing channels are 0.
 pub(super) fn read_back(
-    gpu: &Context,
+    gpu: &Gpu<'_>,
     mut encoder: wgpu::CommandEncoder,
     texture: &wgpu::Texture,
-) -> anyhow::Result<Vec<[f32; 4]>> {
+) -> Result<Vec<[f32; 4]>> {
     // Rows in a buffer are padded to wgpu's alignment; the padding is skipped below.
     let (size, format) = (texture.size(), texture.format());
     let texel = format.block_copy_size(None).unwrap_or(4);
     let row = size.width * texel;
     let stride = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let buffer = gpu.device().create_buffer(&wgpu::BufferDescriptor {
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("read back"),
         size: u64::from(stride) * u64::from(size.height),
         usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
@@ -124,9 +129,9 @@ pub(super) fn read_back(
         },
     };
     encoder.copy_texture_to_buffer(texture.as_image_copy(), info, size);
-    gpu.queue().submit([encoder.finish()]);
+    gpu.queue.submit([encoder.finish()]);
     buffer.map_async(wgpu::MapMode::Read, .., |_| {});
-    gpu.device().poll(wgpu::PollType::wait_indefinitely())?;
+    gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
     let bytes = buffer.get_mapped_range(..)?;
     let rows = bytes.chunks_exact(stride as usize);
     let texels = rows.flat_map(|bytes| bytes[..row as usize].chunks_exact(texel as usize));

@@ -1,23 +1,22 @@
-//! Modes `occlusion`, `cone` and `merge` on the CPU: look-ups of the scene's grids by the runtime's
-//! CPU twin, multiplied or merged (RR-5779, sections 4, 5.1 and 5.2.2).
+//! Look-ups of the scene's grids on the CPU by the runtime's CPU twin, multiplied or merged (RR-5779, sections 4, 5.1 and 5.2.2).
 
 use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use anyhow::bail;
 use aogrid_bake_core::Progress;
 use aogrid_runtime::CpuTexture;
 use aogrid_runtime::shading::{
     aogrid_cone, aogrid_merge_cone, aogrid_occlusion, aogrid_occlusion_of_cone,
 };
-use aogrid_scene::reference::Receiver;
 use rayon::prelude::*;
 
 use super::casters::{Caster, GridShading, casters};
-use super::environment::with_light;
-use super::{Job, Shaded};
+use super::light::with_light;
+use super::{ShadeInput, Shaded};
+use crate::error::{Result, bail};
+use crate::reference::Receiver;
 
 /// Number of receivers between two checks for an interrupt.
 const CHUNK: usize = 4096;
@@ -35,8 +34,8 @@ struct Tables {
     overlaps: CpuTexture,
 }
 
-pub(super) fn shade(job: &Job<'_>, shading: GridShading) -> anyhow::Result<Shaded> {
-    let casters = casters(job, shading)?;
+pub(super) fn shade(input: &ShadeInput<'_>, shading: GridShading) -> Result<Shaded> {
+    let casters = casters(input, shading)?;
     let mut textures = HashMap::new();
     let textured = casters.iter().map(|caster| Textured {
         caster,
@@ -46,23 +45,23 @@ pub(super) fn shade(job: &Job<'_>, shading: GridShading) -> anyhow::Result<Shade
             .clone(),
     });
     let casters: Vec<_> = textured.collect();
-    let occlusion = occlusions(job, &casters, shading)?;
-    with_light(job, occlusion)
+    let occlusion = occlusions(input, &casters, shading)?;
+    with_light(input, occlusion)
 }
 
 /// Returns the AO of all casters for each receiver.
 fn occlusions(
-    job: &Job<'_>,
+    input: &ShadeInput<'_>,
     casters: &[Textured<'_>],
     shading: GridShading,
-) -> anyhow::Result<Vec<f32>> {
+) -> Result<Vec<f32>> {
     let tables = Tables {
         transmittance: CpuTexture::transmittance_table(),
         clip: CpuTexture::clip_table(),
         overlaps: CpuTexture::intersection_table(),
     };
-    let (target, instances) = (job.target, &job.instances);
-    let bar = job.console.progress("look-ups");
+    let (target, instances) = (input.target, &input.instances);
+    let stage = (input.stages)("look-ups");
     let total = target.receivers.len();
     let done = AtomicUsize::new(0);
     let chunks = target
@@ -71,7 +70,7 @@ fn occlusions(
         .zip(target.ids.par_chunks(CHUNK));
     let shade = |(receivers, ids): (&[Receiver], &[u32])| {
         let done = done.fetch_add(receivers.len(), Ordering::Relaxed) + receivers.len();
-        if let ControlFlow::Break(()) = bar.observe(Progress { done, total }) {
+        if let ControlFlow::Break(()) = stage(Progress { done, total }) {
             bail!("interrupted");
         }
         let pairs = receivers.iter().zip(ids);
@@ -91,7 +90,7 @@ fn occlusions(
         };
         Ok(pairs.map(shade_one).collect::<Vec<f32>>())
     };
-    let shaded: anyhow::Result<Vec<Vec<f32>>> = chunks.map(shade).collect();
+    let shaded: Result<Vec<Vec<f32>>> = chunks.map(shade).collect();
     Ok(shaded?.concat())
 }
 

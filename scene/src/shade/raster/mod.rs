@@ -1,5 +1,4 @@
-//! Modes `occlusion`, `cone` and `merge` on a GPU by the runtime's raster passes over the picture's
-//! G-buffer.
+//! Look-ups on a GPU by the runtime's raster passes over the picture's G-buffer.
 
 pub(super) mod environment;
 mod textures;
@@ -8,8 +7,6 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
-use anyhow::{Context as _, bail, ensure};
-use aogrid_baker_gpu::Context;
 use aogrid_runtime::{
     Frame, GBufferFormat, GBufferViews, GridTexture, Instance, MergePass, MergePassDescriptor,
     Mode, Normals, OcclusionPass, OcclusionPassDescriptor, Output, Positions, Receivers, wgpu,
@@ -18,13 +15,14 @@ use wgpu::{TextureFormat, TextureUsages};
 
 use self::textures::{Views, cleared_attachment, create_texture, read_back};
 use super::casters::{Caster, GridShading, casters, describe, runtime_instance};
-use super::environment::with_light;
-use super::{Job, Shaded};
+use super::light::with_light;
+use super::{Gpu, ShadeInput, Shaded};
+use crate::error::{Context, Result, SceneError, bail, ensure};
 
 /// A scene's picture and its occluders, on the GPU.
 struct Picture<'a> {
-    job: &'a Job<'a>,
-    gpu: &'a Context,
+    input: &'a ShadeInput<'a>,
+    gpu: &'a Gpu<'a>,
     size: [u32; 2],
     /// Pixel of each receiver.
     pixels: &'a [usize],
@@ -44,50 +42,46 @@ const FORMAT: GBufferFormat = GBufferFormat {
     depth: None,
 };
 
-pub(super) fn shade(job: &Job<'_>, gpu: &Context, shading: GridShading) -> anyhow::Result<Shaded> {
+pub(super) fn shade(input: &ShadeInput<'_>, gpu: &Gpu<'_>, shading: GridShading) -> Result<Shaded> {
     catch_out_of_memory(gpu, || {
-        let picture = Picture::new(job, gpu, shading)?;
+        let picture = Picture::new(input, gpu, shading)?;
         let transmittance = picture.transmittance(shading)?;
         let pixels = picture.pixels.iter();
         let occlusion = pixels.map(|&pixel| 1.0 - transmittance[pixel]);
-        with_light(job, occlusion.collect())
+        with_light(input, occlusion.collect())
     })
 }
 
 /// Runs `shade` and turns an out-of-memory condition of the GPU into an error.
-fn catch_out_of_memory(
-    gpu: &Context,
-    shade: impl FnOnce() -> anyhow::Result<Shaded>,
-) -> anyhow::Result<Shaded> {
-    let scope = gpu
-        .device()
-        .push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+fn catch_out_of_memory(gpu: &Gpu<'_>, shade: impl FnOnce() -> Result<Shaded>) -> Result<Shaded> {
+    let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
     let shaded = shade();
     if pollster::block_on(scope.pop()).is_some() {
         bail!(
             "{}: out of memory: make the picture smaller, or use --backend cpu",
-            gpu.adapter().name
+            gpu.device.adapter_info().name
         );
     }
     shaded
 }
 
 impl<'a> Picture<'a> {
-    fn new(job: &'a Job<'a>, gpu: &'a Context, shading: GridShading) -> anyhow::Result<Self> {
-        let picture = job.target.picture.as_ref();
-        let (gbuffer, pixels) = picture.context("receivers of a list are not in a picture")?;
+    fn new(input: &'a ShadeInput<'a>, gpu: &'a Gpu<'a>, shading: GridShading) -> Result<Self> {
+        let picture = input.target.picture.as_ref();
+        let (gbuffer, pixels) =
+            picture.ok_or_else(|| SceneError::new("receivers of a list are not in a picture"))?;
         Ok(Self {
-            job,
+            input,
             gpu,
             size: gbuffer.size,
             pixels,
-            occluders: occluders(job, gpu, &casters(job, shading)?)?,
-            views: Views::new(job, gpu, gbuffer, pixels),
+            occluders: occluders(input, gpu, &casters(input, shading)?)?,
+            views: Views::new(input, gpu, gbuffer, pixels),
         })
     }
 
     /// Returns the transmittance 1 − AO of each pixel.
-    fn transmittance(&self, shading: GridShading) -> anyhow::Result<Vec<f32>> {
+    fn transmittance(&self, shading: GridShading) -> Result<Vec<f32>> {
         let ((encoder, texture), channel) = match shading {
             GridShading::Merge => (self.merge()?, 3),
             GridShading::Occlusion | GridShading::Cone => {
@@ -103,7 +97,7 @@ impl<'a> Picture<'a> {
         &self,
         shading: GridShading,
         output: Output,
-    ) -> anyhow::Result<(wgpu::CommandEncoder, wgpu::Texture)> {
+    ) -> Result<(wgpu::CommandEncoder, wgpu::Texture)> {
         let usage = TextureUsages::RENDER_ATTACHMENT
             | TextureUsages::COPY_SRC
             | TextureUsages::TEXTURE_BINDING;
@@ -111,10 +105,7 @@ impl<'a> Picture<'a> {
         let target = create_texture(self.gpu, "occlusion", self.size, format, usage);
         let view = target.create_view(&Default::default());
         let pass = self.occlusion_pass(shading, output)?;
-        let mut encoder = self
-            .gpu
-            .device()
-            .create_command_encoder(&Default::default());
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let mut render_pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("occlusion"),
             color_attachments: &[Some(cleared_attachment(&view, pass.clear_color()))],
@@ -125,11 +116,7 @@ impl<'a> Picture<'a> {
         Ok((encoder, target))
     }
 
-    fn occlusion_pass(
-        &self,
-        shading: GridShading,
-        output: Output,
-    ) -> anyhow::Result<OcclusionPass> {
+    fn occlusion_pass(&self, shading: GridShading, output: Output) -> Result<OcclusionPass> {
         let occluders = self.occluders.iter();
         let occluders: Vec<_> = occluders
             .map(|(grid, instance)| (grid, *instance))
@@ -145,7 +132,7 @@ impl<'a> Picture<'a> {
             gbuffer: FORMAT,
             front_face: wgpu::FrontFace::Ccw,
         };
-        let (device, queue) = (self.gpu.device(), self.gpu.queue());
+        let (device, queue) = (self.gpu.device, self.gpu.queue);
         let mut pass = OcclusionPass::new(device, queue, descriptor)?;
         pass.prepare(device, queue, &self.frame(&occluders)?)?;
         Ok(pass)
@@ -153,7 +140,7 @@ impl<'a> Picture<'a> {
 
     /// Records all occluders, merged in the scene's order, and returns the commands and their
     /// target.
-    fn merge(&self) -> anyhow::Result<(wgpu::CommandEncoder, wgpu::Texture)> {
+    fn merge(&self) -> Result<(wgpu::CommandEncoder, wgpu::Texture)> {
         let occluders = self.occluders.iter();
         let occluders: Vec<_> = occluders
             .map(|(grid, instance)| (grid, *instance))
@@ -164,26 +151,25 @@ impl<'a> Picture<'a> {
             gbuffer: FORMAT,
             front_face: wgpu::FrontFace::Ccw,
         };
-        let (device, queue) = (self.gpu.device(), self.gpu.queue());
+        let (device, queue) = (self.gpu.device, self.gpu.queue);
         let mut pass = MergePass::new(device, queue, descriptor)?;
         pass.prepare(device, queue, &self.frame(&occluders)?)?;
         let mut encoder = device.create_command_encoder(&Default::default());
         pass.record(&mut encoder, None);
-        let result = pass.result().context("nothing was prepared")?;
+        let result = pass
+            .result()
+            .ok_or_else(|| SceneError::new("nothing was prepared"))?;
         Ok((encoder, result.texture().clone()))
     }
 
-    fn frame<'b>(
-        &'b self,
-        occluders: &'b [(&'b GridTexture, Instance)],
-    ) -> anyhow::Result<Frame<'b>> {
+    fn frame<'b>(&'b self, occluders: &'b [(&'b GridTexture, Instance)]) -> Result<Frame<'b>> {
         Ok(Frame {
             gbuffer: self.gbuffer()?,
             occluders,
         })
     }
 
-    fn gbuffer(&self) -> anyhow::Result<GBufferViews<'_>> {
+    fn gbuffer(&self) -> Result<GBufferViews<'_>> {
         Ok(GBufferViews {
             clip_from_world: self.clip_from_world()?,
             positions: &self.views.positions,
@@ -192,9 +178,9 @@ impl<'a> Picture<'a> {
         })
     }
 
-    fn clip_from_world(&self) -> anyhow::Result<[[f32; 4]; 4]> {
-        let camera = self.job.scene.camera.as_ref();
-        let camera = camera.context("a picture needs a camera")?;
+    fn clip_from_world(&self) -> Result<[[f32; 4]; 4]> {
+        let camera = self.input.scene.camera.as_ref();
+        let camera = camera.ok_or_else(|| SceneError::new("a picture needs a camera"))?;
         let [near, far] = CLIP_RANGE;
         let clip_from_world = camera.clip_from_world(near, far).as_mat4();
         Ok(clip_from_world.to_cols_array_2d())
@@ -202,7 +188,7 @@ impl<'a> Picture<'a> {
 
     /// Returns the widest format that the device can blend into.
     fn widest_format(&self, output: Output) -> TextureFormat {
-        let features = self.gpu.device().features();
+        let features = self.gpu.device.features();
         let blends = features.contains(wgpu::Features::FLOAT32_BLENDABLE);
         match (output, blends) {
             (Output::Transmittance, true) => TextureFormat::R32Float,
@@ -215,16 +201,16 @@ impl<'a> Picture<'a> {
 
 /// Uploads the casters' grids, each once, and returns them with their instances.
 fn occluders(
-    job: &Job<'_>,
-    gpu: &Context,
+    input: &ShadeInput<'_>,
+    gpu: &Gpu<'_>,
     casters: &[Caster<'_>],
-) -> anyhow::Result<Vec<(GridTexture, Instance)>> {
+) -> Result<Vec<(GridTexture, Instance)>> {
     let mut textures = HashMap::new();
     let mut occluder = |caster: &Caster<'_>| {
         let texture = match textures.entry(Arc::as_ptr(&caster.grid)) {
             Entry::Occupied(made) => made.into_mut(),
             Entry::Vacant(entry) => {
-                let (device, queue) = (gpu.device(), gpu.queue());
+                let (device, queue) = (gpu.device, gpu.queue);
                 let label = &caster.instance.name;
                 entry.insert(GridTexture::new(device, queue, &caster.grid, label)?)
             }
@@ -242,6 +228,6 @@ fn occluders(
     };
     casters
         .iter()
-        .map(|caster| occluder(caster).with_context(|| describe(job, caster.instance)))
+        .map(|caster| occluder(caster).with_context(|| describe(input, caster.instance)))
         .collect()
 }
