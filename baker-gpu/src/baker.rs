@@ -48,7 +48,7 @@ impl Baker {
     /// # Errors
     ///
     /// An option is out of range; the sweep was chosen and is not supported; the device fails.
-    pub fn prepare<'a>(
+    pub async fn prepare<'a>(
         &'a mut self,
         mesh: &TriangleMesh,
         spec: GridSpec,
@@ -58,7 +58,7 @@ impl Baker {
             match Plan::new(mesh, spec, options, self.requested)? {
                 Plan::Sweep { mesh, size } => {
                     let layers = options.layers_of(&mesh);
-                    let uploaded = Box::new(self.sweeper.upload(*mesh)?);
+                    let uploaded = Box::new(self.sweeper.upload(*mesh).await?);
                     (
                         layers,
                         Uploaded::Sweep(&mut self.sweeper, uploaded, size),
@@ -66,7 +66,10 @@ impl Baker {
                     )
                 }
                 Plan::Rays { fallback_reason } => {
-                    let uploaded = self.caster.upload(mesh, spec, options.sample_offset)?;
+                    let uploaded = self
+                        .caster
+                        .upload(mesh, spec, options.sample_offset)
+                        .await?;
                     let uploaded = Uploaded::Rays(&mut self.caster, uploaded);
                     (options.layers(mesh, spec), uploaded, fallback_reason)
                 }
@@ -100,11 +103,15 @@ impl Prepared<'_> {
     /// # Errors
     ///
     /// The observer cancels, or the device fails.
-    pub fn bake(&mut self, observer: Observer<'_>) -> Result<RawGrid, BakeError> {
+    pub async fn bake(&mut self, observer: Observer<'_>) -> Result<RawGrid, BakeError> {
         let directions = self.options.encoding.has_direction();
         let mut raw = match &mut self.uploaded {
-            Uploaded::Sweep(sweeper, mesh, size) => sweeper.bake(mesh, *size, directions, observer),
-            Uploaded::Rays(caster, bvh) => caster.bake(bvh, self.options, directions, observer),
+            Uploaded::Sweep(sweeper, mesh, size) => {
+                sweeper.bake(mesh, *size, directions, observer).await
+            }
+            Uploaded::Rays(caster, bvh) => {
+                caster.bake(bvh, self.options, directions, observer).await
+            }
         }?;
         raw.layers = self.layers.clone();
         Ok(raw)

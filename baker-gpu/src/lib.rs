@@ -8,9 +8,11 @@
 //! let mesh = Model::Table.mesh(None)?;
 //! let spec = Placement::default().place(&mesh.bounds())?;
 //! let options = BakeOptions::recommended();
-//! let raw = Baker::new(&context, None)
-//!     .prepare(&mesh, spec, &options)?
-//!     .bake(UNOBSERVED)?;
+//! let mut baker = Baker::new(&context, None);
+//! let raw = context.block_on(async {
+//!     let mut prepared = baker.prepare(&mesh, spec, &options).await?;
+//!     prepared.bake(UNOBSERVED).await
+//! })?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -27,8 +29,10 @@
 //!
 //! # Practice
 //!
-//! A [`Context`] holds a device: the caller's own ([`Context::from_device`]) or one on an
-//! adapter that it selects. A [`Baker`] keeps its pipelines and buffers between bakes and
+//! A [`Context`] holds a device that somebody else has made, with the [`required_limits`]
+//! ([`Context::from_device`]); nothing below it blocks or reads a clock, so that it also runs in a
+//! browser. With the feature `native`, which is on by default, `Context::new` selects an adapter of
+//! the machine and opens a device on it, and `Context::block_on` waits for the results. A [`Baker`] keeps its pipelines and buffers between bakes and
 //! reports which algorithm it uses; below it are a [`Sweeper`] and a [`Caster`], which also
 //! return the bits of the cube faces. All of them run within WebGPU's default limits and use
 //! larger buffers where the device has them.
@@ -40,22 +44,29 @@
 //! complete sources.
 
 mod baker;
+mod clock;
 mod context;
 mod error;
 mod kernel;
 #[cfg(test)]
 mod layout_test;
+#[cfg(feature = "native")]
+mod native;
 mod pace;
 mod rays;
 mod shaders;
+mod signal;
 mod store;
 mod sweep;
 mod work;
 
 pub use aogrid_bake_core::{Algorithm, PlanError, RayFallbackReason};
 pub use baker::{Baker, Prepared};
-pub use context::{AdapterSelector, Context, ContextError, adapters};
+pub use clock::Clock;
+pub use context::{Context, LimitError, required_limits};
 pub use error::BakeError;
+#[cfg(feature = "native")]
+pub use native::{AdapterSelector, ContextError, adapters};
 pub use rays::{Caster, UploadedTree};
 pub use shaders::Shader;
 pub use sweep::{Sweeper, UploadedMesh};

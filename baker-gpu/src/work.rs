@@ -1,15 +1,12 @@
 //! Dispatches kernels in short submissions, with progress reports, cancellation and error
 //! handling.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::mpsc;
-use std::time::{Duration, Instant};
-
 use aogrid_bake_core::{Observer, Progress};
 use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, ErrorFilter, ErrorScopeGuard};
 
 use crate::kernel::{CHUNK_STRIDE, Kernel};
 use crate::pace::SubmissionPacer;
+use crate::signal::{Signal, signal};
 use crate::{BakeError, Context};
 
 /// The largest number of dispatches in a submission.
@@ -17,14 +14,6 @@ const MAX_DISPATCHES: usize = 256;
 
 /// WebGPU's limit on workgroups along an axis of a dispatch.
 const MAX_WORKGROUPS: u32 = 65_535;
-
-/// The number of waits after which a submission of [`SubmissionPacer`]'s length counts as hung.
-/// There are several short waits instead of a long one because time also passes while this process
-/// is suspended; a wait that is running then ends at once.
-const MAX_WAITS: u32 = 12;
-
-/// The length of one wait.
-const WAIT: Duration = Duration::from_secs(5);
 
 /// Records and submits the dispatches of one bake.
 pub(crate) struct Submitter<'a> {
@@ -111,7 +100,7 @@ impl<'a> Submitter<'a> {
     }
 
     /// Runs a kernel over workgroups, in as many submissions as the pacer asks for.
-    pub(crate) fn dispatch(
+    pub(crate) async fn dispatch(
         &mut self,
         kernel: &Kernel,
         bindings: &BindGroup,
@@ -123,7 +112,7 @@ impl<'a> Submitter<'a> {
             let affordable = (self.pacer.budget() - self.units) / extent.units.max(1.0);
             if self.firsts.len() == MAX_DISPATCHES || (affordable < 1.0 && !self.firsts.is_empty())
             {
-                self.flush()?;
+                self.flush().await?;
                 continue;
             }
             let rest = (extent.n - first).min(MAX_WORKGROUPS);
@@ -152,7 +141,7 @@ impl<'a> Submitter<'a> {
     }
 
     /// Submits the pending commands, waits for them, and calls the observer.
-    pub(crate) fn flush(&mut self) -> Result<(), BakeError> {
+    pub(crate) async fn flush(&mut self) -> Result<(), BakeError> {
         if let Some(encoder) = self.encoder.take() {
             let mut slots = vec![0_u8; self.firsts.len() * CHUNK_STRIDE as usize];
             for (slot, first) in slots.chunks_mut(CHUNK_STRIDE as usize).zip(&self.firsts) {
@@ -161,16 +150,21 @@ impl<'a> Submitter<'a> {
             if !slots.is_empty() {
                 self.context.queue.write_buffer(&self.chunks, 0, &slots);
             }
-            let start = Instant::now();
-            let submission = self.context.queue.submit([encoder.finish()]);
-            wait(self.context, submission)?;
-            if self.units > 0.0 {
-                self.pacer.record(self.units, start.elapsed());
+            let clock = self.context.clock();
+            let start = clock.map(|now| now());
+            self.context.queue.submit([encoder.finish()]);
+            let (trigger, finished) = signal();
+            let fire = move || trigger.fire(true);
+            self.context.queue.on_submitted_work_done(fire);
+            self.settle(vec![finished]).await?;
+            if let (Some(now), Some(start), true) = (clock, start, self.units > 0.0) {
+                self.pacer.record(self.units, now().saturating_sub(start));
             }
             self.units = 0.0;
             self.firsts.clear();
+        } else {
+            self.check().await?;
         }
-        self.check()?;
         match (self.observer)(self.progress).is_break() {
             true => Err(BakeError::Cancelled),
             false => Ok(()),
@@ -179,7 +173,10 @@ impl<'a> Submitter<'a> {
 
     /// Reads buffers back after all pending commands: returns the given number of bytes of each
     /// of `buffers`.
-    pub(crate) fn read(&mut self, buffers: &[(&Buffer, u64)]) -> Result<Vec<Vec<u8>>, BakeError> {
+    pub(crate) async fn read(
+        &mut self,
+        buffers: &[(&Buffer, u64)],
+    ) -> Result<Vec<Vec<u8>>, BakeError> {
         let device = &self.context.device;
         let staging: Vec<_> = buffers
             .iter()
@@ -195,48 +192,46 @@ impl<'a> Submitter<'a> {
         for ((from, size), to) in buffers.iter().zip(&staging) {
             self.encoder().copy_buffer_to_buffer(from, 0, to, 0, *size);
         }
-        self.flush()?;
-        let (done, mapped) = mpsc::channel();
-        for buffer in &staging {
-            let done = done.clone();
-            buffer.map_async(wgpu::MapMode::Read, .., move |result| {
-                // The receiver is gone if the bake has failed.
-                let _ = done.send(result.is_ok());
-            });
-        }
-        drop(done);
-        poll(self.context, wgpu::PollType::wait_indefinitely())?;
-        if staging.iter().any(|_| !is_mapped(&mapped)) {
-            self.check()?;
-            return Err(lost(self.context, "it stopped responding"));
-        }
-        let unreadable = |_| lost(self.context, "it stopped responding");
+        self.flush().await?;
+        let mapped = staging.iter().map(map).collect();
+        self.settle(mapped).await?;
+        let unreadable = |_| self.context.lost("it stopped responding");
         let bytes = |b: &Buffer| Ok(b.get_mapped_range(..).map_err(unreadable)?.to_vec());
         staging.iter().map(bytes).collect()
     }
 
     /// Returns the first error of the calls so far.
-    pub(crate) fn check(&mut self) -> Result<(), BakeError> {
+    pub(crate) async fn check(&mut self) -> Result<(), BakeError> {
+        self.settle(Vec::new()).await
+    }
+
+    /// Waits for signals of the calls so far, and returns their first error. No error scope is open
+    /// during the wait, in which others may use the device.
+    async fn settle(&mut self, pending: Vec<Signal>) -> Result<(), BakeError> {
         if let Some(reason) = self.context.lost_reason() {
             return Err(BakeError::Lost(reason.clone()));
         }
-        let result = pop_scopes(self.scopes.take());
-        self.scopes = Some(push_scopes(self.context));
-        match result {
+        match pop_scopes(self.scopes.take()).await {
             // On a lost device every call fails validation.
-            Err(BakeError::Refused(_)) if is_lost(self.context) => {
-                Err(lost(self.context, "it stopped responding"))
+            Err(BakeError::Refused(_)) if is_lost(self.context).await => {
+                return Err(self.context.lost("it stopped responding"));
             }
-            result => result,
+            result => result?,
         }
+        for signal in pending {
+            if !signal.await {
+                return Err(self.context.lost("it stopped responding"));
+            }
+        }
+        self.scopes = Some(push_scopes(self.context));
+        Ok(())
     }
 }
 
 impl Drop for Submitter<'_> {
     fn drop(&mut self) {
-        // Scopes are a stack and must be popped in reverse order. Errors still in them have been
-        // reported or no longer matter.
-        let _ = pop_scopes(self.scopes.take());
+        // Errors still in the scopes have been reported or no longer matter.
+        drop(pop_scopes(self.scopes.take()));
     }
 }
 
@@ -250,69 +245,42 @@ fn push_scopes(context: &Context) -> [ErrorScopeGuard; 3] {
     .map(|filter| context.device.push_error_scope(filter))
 }
 
-fn pop_scopes(scopes: Option<[ErrorScopeGuard; 3]>) -> Result<(), BakeError> {
-    let mut result = Ok(());
-    // The scope pushed last is popped first. Out of memory is thus reported before validation
-    // errors, which follow from using a buffer that could not be allocated.
-    for scope in scopes.into_iter().flatten().rev() {
-        let error = pollster::block_on(scope.pop());
-        if let (Some(error), Ok(())) = (error, &result) {
-            result = Err(match error {
-                wgpu::Error::OutOfMemory { .. } => BakeError::OutOfMemory,
-                other => BakeError::Refused(one_line(&other.to_string())),
-            });
+/// Ends the scopes at once; the future has their first error.
+fn pop_scopes(scopes: Option<[ErrorScopeGuard; 3]>) -> impl Future<Output = Result<(), BakeError>> {
+    // Scopes are a stack: the last one is popped first. Out of memory is thus reported before
+    // validation errors, which follow from using a buffer that could not be allocated.
+    let scopes = scopes.into_iter().flatten().rev();
+    let errors: Vec<_> = scopes.map(ErrorScopeGuard::pop).collect();
+    async {
+        let mut result = Ok(());
+        for error in errors {
+            if let (Some(error), Ok(())) = (error.await, &result) {
+                result = Err(match error {
+                    wgpu::Error::OutOfMemory { .. } => BakeError::OutOfMemory,
+                    other => BakeError::Refused(one_line(&other.to_string())),
+                });
+            }
         }
+        result
     }
-    result
+}
+
+/// Maps a buffer for reading.
+fn map(buffer: &Buffer) -> Signal {
+    let (trigger, mapped) = signal();
+    buffer.map_async(wgpu::MapMode::Read, .., move |result| {
+        trigger.fire(result.is_ok());
+    });
+    mapped
 }
 
 fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-fn wait(context: &Context, submission: wgpu::SubmissionIndex) -> Result<(), BakeError> {
-    let mut result = Ok(());
-    for _ in 0..MAX_WAITS {
-        let poll_type = wgpu::PollType::Wait {
-            submission_index: Some(submission.clone()),
-            timeout: Some(WAIT),
-        };
-        result = poll(context, poll_type);
-        if !matches!(result, Err(BakeError::Hung(_))) {
-            break;
-        }
-    }
-    result
-}
-
-fn poll(context: &Context, poll_type: wgpu::PollType) -> Result<(), BakeError> {
-    // wgpu panics if the driver reports a lost device during a wait.
-    let polled = catch_unwind(AssertUnwindSafe(|| context.device.poll(poll_type)));
-    match polled {
-        Ok(Ok(_)) => Ok(()),
-        Ok(Err(wgpu::PollError::Timeout)) => {
-            Err(BakeError::Hung(u64::from(MAX_WAITS) * WAIT.as_secs()))
-        }
-        Ok(Err(error)) => Err(lost(context, &error.to_string())),
-        Err(_) => Err(lost(context, "it stopped responding")),
-    }
-}
-
-/// Returns the reason that the device gave for its loss, or `otherwise`.
-fn lost(context: &Context, otherwise: &str) -> BakeError {
-    let reason = context.lost_reason().cloned();
-    BakeError::Lost(reason.unwrap_or_else(|| otherwise.to_owned()))
-}
-
-/// Whether the next buffer of a poll that has returned is mapped. If several threads use a device,
-/// another one's poll may have taken the callback and not called it yet: so this waits a little.
-fn is_mapped(mapped: &mpsc::Receiver<bool>) -> bool {
-    mapped.recv_timeout(WAIT) == Ok(true)
-}
-
 /// Whether the device is lost: probed by creating and mapping a small buffer, which a working
 /// device always can.
-fn is_lost(context: &Context) -> bool {
+async fn is_lost(context: &Context) -> bool {
     let scopes = push_scopes(context);
     let buffer = context.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("sign of life"),
@@ -320,11 +288,7 @@ fn is_lost(context: &Context) -> bool {
         usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
         mapped_at_creation: false,
     });
-    let (done, mapped) = mpsc::channel();
-    buffer.map_async(wgpu::MapMode::Read, .., move |result| {
-        let _ = done.send(result.is_ok());
-    });
-    let polled = poll(context, wgpu::PollType::wait_indefinitely());
-    let _ = pop_scopes(Some(scopes));
-    polled.is_err() || !is_mapped(&mapped)
+    let mapped = map(&buffer);
+    let _ = pop_scopes(Some(scopes)).await;
+    !mapped.await
 }

@@ -154,26 +154,24 @@ impl Backend {
         options: &BakeOptions,
         observer: Observer<'_>,
     ) -> anyhow::Result<TimedBake> {
-        let start = Instant::now();
-        let mut prepared = self.cpu.prepare(mesh, spec, options)?;
-        let prepare_s = start.elapsed().as_secs_f64();
         let cpu_reason = match &self.gpu {
             Gpu::Unavailable { reason } => reason.clone(),
             Gpu::NotSearched | Gpu::Found(_) => None,
         };
-        let provenance = Provenance {
-            algorithm: prepared.algorithm(),
-            rays_reason: prepared.fallback_reason().map(ToString::to_string),
-            adapter: None,
-            driver: None,
-            cpu_reason,
-        };
-        let start = Instant::now();
+        let (prepared, prepare_s) = timed(|| self.cpu.prepare(mesh, spec, options));
+        let mut prepared = prepared?;
+        let (raw, visibility_s) = timed(|| prepared.bake(observer));
         Ok(TimedBake {
-            raw: prepared.bake(observer)?,
-            provenance,
+            raw: raw?,
+            provenance: Provenance {
+                algorithm: prepared.algorithm(),
+                rays_reason: prepared.fallback_reason().map(ToString::to_string),
+                adapter: None,
+                driver: None,
+                cpu_reason,
+            },
             prepare_s,
-            visibility_s: start.elapsed().as_secs_f64(),
+            visibility_s,
             gpu_failure: None,
         })
     }
@@ -187,26 +185,31 @@ fn bake_on_gpu(
     options: &BakeOptions,
     observer: Observer<'_>,
 ) -> Result<TimedBake, gpu::BakeError> {
-    let start = Instant::now();
-    let mut prepared = baker.prepare(mesh, spec, options)?;
-    let prepare_s = start.elapsed().as_secs_f64();
+    let (prepared, prepare_s) = timed(|| context.block_on(baker.prepare(mesh, spec, options)));
+    let mut prepared = prepared?;
+    let (raw, visibility_s) = timed(|| context.block_on(prepared.bake(observer)));
     let info = context.adapter();
     let driver = format!("{} {}", info.driver, info.driver_info);
-    let provenance = Provenance {
-        algorithm: prepared.algorithm(),
-        rays_reason: prepared.fallback_reason().map(ToString::to_string),
-        adapter: Some(info.name.clone()),
-        driver: Some(driver.trim().to_owned()).filter(|driver| !driver.is_empty()),
-        cpu_reason: None,
-    };
-    let start = Instant::now();
     Ok(TimedBake {
-        raw: prepared.bake(observer)?,
-        provenance,
+        raw: raw?,
+        provenance: Provenance {
+            algorithm: prepared.algorithm(),
+            rays_reason: prepared.fallback_reason().map(ToString::to_string),
+            adapter: Some(info.name.clone()),
+            driver: Some(driver.trim().to_owned()).filter(|driver| !driver.is_empty()),
+            cpu_reason: None,
+        },
         prepare_s,
-        visibility_s: start.elapsed().as_secs_f64(),
+        visibility_s,
         gpu_failure: None,
     })
+}
+
+/// Returns the result of some work, and its seconds.
+fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let start = Instant::now();
+    let result = work();
+    (result, start.elapsed().as_secs_f64())
 }
 
 #[cfg(test)]

@@ -57,7 +57,7 @@ impl RayBatch<'_> {
     }
 
     /// Casts the rays and returns the sums of the cells, and their bits if the variant has them.
-    pub(super) fn cast(
+    pub(super) async fn cast(
         &self,
         submitter: &mut Submitter<'_>,
         kernel: &Kernel,
@@ -89,14 +89,16 @@ impl RayBatch<'_> {
             bindings.push(&buffers[1]);
         }
         let bindings = submitter.bind(kernel, &bindings);
-        submitter.dispatch(kernel, &bindings, self.extent(mesh))?;
+        submitter
+            .dispatch(kernel, &bindings, self.extent(mesh))
+            .await?;
         let used: Vec<_> = buffers
             .iter()
             .zip(result_bytes)
             .filter(|(_, bytes)| *bytes > 0)
             .map(|(buffer, bytes)| (buffer, bytes as u64))
             .collect();
-        let read = submitter.read(&used)?;
+        let read = submitter.read(&used).await?;
         Ok(read
             .iter()
             .map(|b| bytemuck::pod_collect_to_vec(b))

@@ -72,7 +72,7 @@ impl Caster {
     /// # Errors
     ///
     /// The BVH does not fit, or the device fails.
-    pub fn upload(
+    pub async fn upload(
         &mut self,
         mesh: &TriangleMesh,
         spec: GridSpec,
@@ -100,7 +100,7 @@ impl Caster {
             n_triangles: bvh.corners.len() as u32,
             scale: bvh.scale,
         };
-        submitter.check()?;
+        submitter.check().await?;
         Ok(uploaded)
     }
 
@@ -110,7 +110,7 @@ impl Caster {
     /// # Errors
     ///
     /// An option is out of range, the observer cancels, or the device fails.
-    pub fn bake(
+    pub async fn bake(
         &mut self,
         mesh: &UploadedTree,
         options: &BakeOptions,
@@ -121,7 +121,10 @@ impl Caster {
             Sampling::CubeFaces { .. } => Variant::Faces,
             Sampling::MonteCarlo { .. } => Variant::MonteCarlo,
         };
-        Ok(self.run(mesh, options, variant, directions, observer)?.0)
+        Ok(self
+            .run(mesh, options, variant, directions, observer)
+            .await?
+            .0)
     }
 
     /// Bakes as [`Caster::bake`] with cube faces, and also returns the faces.
@@ -133,7 +136,7 @@ impl Caster {
     /// # Panics
     ///
     /// Panics unless the sampling is cube faces: Monte Carlo directions form no image.
-    pub fn bake_with_bits(
+    pub async fn bake_with_bits(
         &mut self,
         mesh: &UploadedTree,
         options: &BakeOptions,
@@ -141,6 +144,7 @@ impl Caster {
     ) -> Result<(RawGrid, FaceBits), BakeError> {
         assert!(matches!(options.sampling, Sampling::CubeFaces { .. }));
         self.run(mesh, options, Variant::FacesWithBits, true, observer)
+            .await
     }
 
     /// Bakes cube faces by brute force, without a BVH and with an invocation per cell: a simple
@@ -154,14 +158,17 @@ impl Caster {
     /// # Panics
     ///
     /// Panics unless the sampling is cube faces.
-    pub fn bake_naively(
+    pub async fn bake_naively(
         &mut self,
         mesh: &UploadedTree,
         options: &BakeOptions,
     ) -> Result<RawGrid, BakeError> {
         assert!(matches!(options.sampling, Sampling::CubeFaces { .. }));
         let unobserved = aogrid_bake_core::UNOBSERVED;
-        Ok(self.run(mesh, options, Variant::Naive, true, unobserved)?.0)
+        Ok(self
+            .run(mesh, options, Variant::Naive, true, unobserved)
+            .await?
+            .0)
     }
 
     fn check_ray_count(&self, sampling: Sampling) -> Result<(), BakeError> {
@@ -177,7 +184,7 @@ impl Caster {
         }
     }
 
-    fn run(
+    async fn run(
         &mut self,
         mesh: &UploadedTree,
         options: &BakeOptions,
@@ -219,14 +226,14 @@ impl Caster {
             let n = batch.max_cells(context).min(total - first);
             batch.scene.first_cell = first as u32;
             batch.scene.n_cells = n as u32;
-            let results = batch.cast(&mut submitter, kernel, mesh)?;
+            let results = batch.cast(&mut submitter, kernel, mesh).await?;
             submitter.set_done(first + n);
             batch.append_moments(&results[0], &mut raw);
             if let Some(words) = results.get(1) {
                 batch.store_bits(words, first, &mut bits);
             }
         }
-        submitter.flush()?;
+        submitter.flush().await?;
         Ok((raw, bits))
     }
 }

@@ -55,16 +55,16 @@ impl<'a> Bake<'a> {
         }
     }
 
-    pub(super) fn run(&mut self) -> Result<(), BakeError> {
+    pub(super) async fn run(&mut self) -> Result<(), BakeError> {
         let spec = *self.mesh.prepared.spec();
         let mut done = 0;
         for brick in Brick::all(&spec) {
             let cells = brick.cell_count() as usize;
-            let narrow = self.bake_brick(&brick, false, done)?;
+            let narrow = self.bake_brick(&brick, false, done).await?;
             let (sums, masks) = match narrow {
                 Some(result) => result,
                 None => {
-                    let wide = self.bake_brick(&brick, true, done)?;
+                    let wide = self.bake_brick(&brick, true, done).await?;
                     wide.expect("words hold a delta for each of 2³¹ triangles")
                 }
             };
@@ -75,7 +75,7 @@ impl<'a> Bake<'a> {
             }
         }
         self.submitter.set_done(done);
-        self.submitter.flush()
+        self.submitter.flush().await
     }
 
     /// Returns the results, and the buffers for the next bake.
@@ -95,20 +95,14 @@ impl<'a> Bake<'a> {
     }
 
     /// Bakes a brick. Returns `None` if a counter overflowed, which only narrow ones do.
-    fn bake_brick(
+    async fn bake_brick(
         &mut self,
         brick: &Brick,
         wide: bool,
         done: usize,
     ) -> Result<Option<BrickResult>, BakeError> {
         let mesh = &self.mesh.prepared;
-        let limits = self.submitter.context().device.limits();
-        let budget = MemoryBudget {
-            binding: limits.max_storage_buffer_binding_size,
-            counter: if wide { 4 } else { 1 },
-            n_vertices: mesh.vertices().len() as u64,
-            n_triangles: mesh.triangles().len() as u64,
-        };
+        let budget = self.memory_budget(wide);
         let passes = Pass::all(brick, self.request.size, &budget);
         let device = &self.submitter.context().device;
         let buffers = Buffers::new(device, &mut self.pool, brick, &passes, &budget);
@@ -132,32 +126,47 @@ impl<'a> Bake<'a> {
                 buffers: &buffers,
                 wide,
             };
-            self.run_pass(&inputs, |submitter, bindings| match &all_candidates {
-                Some(all) => bindings.dispatch_row_hits(submitter, &all[pass.w]),
-                None => row_hits_in_batches(submitter, bindings, &search, &batches),
-            })?;
+            let row_hits = async |submitter: &mut Submitter<'_>, bindings: &PassBindings<'_>| {
+                match &all_candidates {
+                    Some(all) => bindings.dispatch_row_hits(submitter, &all[pass.w]).await,
+                    None => row_hits_in_batches(submitter, bindings, &search, &batches).await,
+                }
+            };
+            self.run_pass(&inputs, row_hits).await?;
             let cells = brick.cell_count() as usize;
             self.submitter
                 .set_done(done + cells * (idx + 1) / (passes.len() + 1));
             if self.request.bits {
                 let bytes = u64::from(brick.cell_count() * pass.n_batches()) * 4;
-                let read = self.submitter.read(&[(&buffers.masks, bytes)])?;
+                let read = self.submitter.read(&[(&buffers.masks, bytes)]).await?;
                 masks.push((*pass, bytemuck::pod_collect_to_vec(&read[0])));
             }
         }
         let bytes = u64::from(brick.cell_count()) * NUMBERS_PER_CELL * 4;
         let read = self
             .submitter
-            .read(&[(&buffers.sums, bytes), (&buffers.overflowed, 4)])?;
+            .read(&[(&buffers.sums, bytes), (&buffers.overflowed, 4)])
+            .await?;
         let overflowed = read[1].iter().any(|byte| *byte != 0);
         Ok((!overflowed).then(|| (bytemuck::pod_collect_to_vec(&read[0]), masks)))
     }
 
+    fn memory_budget(&self, wide: bool) -> MemoryBudget {
+        let mesh = &self.mesh.prepared;
+        let limits = self.submitter.context().device.limits();
+        MemoryBudget {
+            binding: limits.max_storage_buffer_binding_size,
+            counter: if wide { 4 } else { 1 },
+            n_vertices: mesh.vertices().len() as u64,
+            n_triangles: mesh.triangles().len() as u64,
+        }
+    }
+
     /// Runs the kernels of a pass; `row_hits` dispatches those of its row hits.
-    fn run_pass(
+    async fn run_pass(
         &mut self,
         inputs: &PassInputs<'_>,
-        row_hits: impl FnOnce(&mut Submitter<'_>, &PassBindings<'_>) -> Result<(), BakeError>,
+        row_hits: impl AsyncFnOnce(&mut Submitter<'_>, &PassBindings<'_>) -> Result<(), BakeError>,
     ) -> Result<(), BakeError> {
         let (wide, directions) = (inputs.wide, self.request.directions);
         let kernels = &self.kernels[usize::from(wide)][usize::from(directions)];
@@ -165,9 +174,9 @@ impl<'a> Bake<'a> {
         let device = &submitter.context().device;
         let kernels = kernels.get_or_init(|| Kernels::new(device, wide, directions));
         let bindings = PassBindings::new(submitter, inputs, &self.texels, kernels);
-        bindings.dispatch_crossings(submitter)?;
-        row_hits(submitter, &bindings)?;
-        bindings.dispatch_summation(submitter)
+        bindings.dispatch_crossings(submitter).await?;
+        row_hits(submitter, &bindings).await?;
+        bindings.dispatch_summation(submitter).await
     }
 
     fn store_sums(&mut self, brick: &Brick, sums: &[i32]) {
@@ -212,16 +221,18 @@ impl<'a> Bake<'a> {
 }
 
 /// Dispatches the row hits of a pass, one batch of candidates after the other.
-fn row_hits_in_batches(
+async fn row_hits_in_batches(
     submitter: &mut Submitter<'_>,
     bindings: &PassBindings<'_>,
     search: &RowHitSearch<'_>,
     batches: &[Range<usize>],
 ) -> Result<(), BakeError> {
     for batch in batches {
-        bindings.dispatch_row_hits(submitter, &search.find(batch.clone())[bindings.w()])?;
+        bindings
+            .dispatch_row_hits(submitter, &search.find(batch.clone())[bindings.w()])
+            .await?;
         // Flush, so that the device holds only one batch at a time.
-        submitter.flush()?;
+        submitter.flush().await?;
     }
     Ok(())
 }

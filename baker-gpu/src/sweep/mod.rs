@@ -107,11 +107,11 @@ impl Sweeper {
     /// # Errors
     ///
     /// The mesh does not fit, or the device fails.
-    pub fn upload(&mut self, mesh: PreparedMesh) -> Result<UploadedMesh, BakeError> {
+    pub async fn upload(&mut self, mesh: PreparedMesh) -> Result<UploadedMesh, BakeError> {
         let unobserved = aogrid_bake_core::UNOBSERVED;
         let mut submitter = Submitter::new(&self.context, &mut self.pacer, unobserved, 0);
         let buffers = MeshBuffers::new(&submitter, &mesh)?;
-        submitter.check()?;
+        submitter.check().await?;
         Ok(UploadedMesh {
             prepared: mesh,
             buffers,
@@ -125,7 +125,7 @@ impl Sweeper {
     /// # Errors
     ///
     /// The face size is out of range, the observer cancels, or the device fails.
-    pub fn bake(
+    pub async fn bake(
         &mut self,
         mesh: &UploadedMesh,
         size: u32,
@@ -137,7 +137,7 @@ impl Sweeper {
             directions,
             bits: false,
         };
-        Ok(self.run(mesh, request, observer)?.0)
+        Ok(self.run(mesh, request, observer).await?.0)
     }
 
     /// Bakes as [`Sweeper::bake`] with directions, and also returns the faces: `size`² · 6 bits
@@ -146,7 +146,7 @@ impl Sweeper {
     /// # Errors
     ///
     /// The errors of [`Sweeper::bake`].
-    pub fn bake_with_bits(
+    pub async fn bake_with_bits(
         &mut self,
         mesh: &UploadedMesh,
         size: u32,
@@ -157,10 +157,10 @@ impl Sweeper {
             directions: true,
             bits: true,
         };
-        self.run(mesh, request, observer)
+        self.run(mesh, request, observer).await
     }
 
-    fn run(
+    async fn run(
         &mut self,
         mesh: &UploadedMesh,
         request: Request,
@@ -176,7 +176,7 @@ impl Sweeper {
         let cells = mesh.prepared.spec().cell_count();
         let submitter = Submitter::new(&self.context, &mut self.pacer, observer, cells);
         let mut bake = Bake::new(&self.kernels, pool, submitter, mesh, request);
-        bake.run()?;
+        bake.run().await?;
         let (result, pool) = bake.finish();
         self.pool = pool;
         Ok(result)

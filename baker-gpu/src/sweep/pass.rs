@@ -121,7 +121,7 @@ impl<'a> PassBindings<'a> {
     }
 
     /// Dispatches the stages up to the crossings.
-    pub(super) fn dispatch_crossings(
+    pub(super) async fn dispatch_crossings(
         &self,
         submitter: &mut Submitter<'_>,
     ) -> Result<(), BakeError> {
@@ -133,7 +133,9 @@ impl<'a> PassBindings<'a> {
         let kernel = &self.kernels.silhouettes;
         let extent = linear_extent(data.n_triangles, row_units);
         let bindings = [&self.frame, &mesh.normals, &buffers.facing_intervals];
-        submitter.dispatch(kernel, &submitter.bind(kernel, &bindings), extent)?;
+        submitter
+            .dispatch(kernel, &submitter.bind(kernel, &bindings), extent)
+            .await?;
 
         let kernel = &self.kernels.levels;
         let extent = linear_extent(data.n_vertices, 2.0 * row_units);
@@ -144,7 +146,9 @@ impl<'a> PassBindings<'a> {
             &mesh.positions,
             &buffers.ranks,
         ];
-        submitter.dispatch(kernel, &submitter.bind(kernel, &bindings), extent)?;
+        submitter
+            .dispatch(kernel, &submitter.bind(kernel, &bindings), extent)
+            .await?;
 
         let kernel = &self.kernels.crossings;
         let n_parts = f64::from(data.n_parts);
@@ -162,11 +166,13 @@ impl<'a> PassBindings<'a> {
             &buffers.facing_intervals,
             &buffers.ranks,
         ];
-        submitter.dispatch(kernel, &submitter.bind(kernel, &bindings), extent)
+        submitter
+            .dispatch(kernel, &submitter.bind(kernel, &bindings), extent)
+            .await
     }
 
     /// Dispatches the test of candidates for row hits.
-    pub(super) fn dispatch_row_hits(
+    pub(super) async fn dispatch_row_hits(
         &self,
         submitter: &mut Submitter<'_>,
         candidates: &[gpu_data::RowHitCandidate],
@@ -207,11 +213,11 @@ impl<'a> PassBindings<'a> {
             f64::from(WORKGROUP * data.n_rows * lanes),
         );
         extent.y = data.n_rows;
-        submitter.dispatch(kernel, &bindings, extent)
+        submitter.dispatch(kernel, &bindings, extent).await
     }
 
     /// Dispatches the stages after the row hits: summation and moments.
-    pub(super) fn dispatch_summation(
+    pub(super) async fn dispatch_summation(
         &self,
         submitter: &mut Submitter<'_>,
     ) -> Result<(), BakeError> {
@@ -233,7 +239,7 @@ impl<'a> PassBindings<'a> {
         let units = f64::from(WORKGROUP * n_u * 8 * counter * batches);
         let mut extent = linear_extent(n_v * n_w, units);
         extent.y = batches;
-        submitter.dispatch(kernel, &bindings, extent)?;
+        submitter.dispatch(kernel, &bindings, extent).await?;
 
         let kernel = &kernels.moments;
         let bindings = submitter.bind(
@@ -246,7 +252,9 @@ impl<'a> PassBindings<'a> {
             ],
         );
         let units = f64::from(WORKGROUP * 32 * batches);
-        submitter.dispatch(kernel, &bindings, linear_extent(n_u * n_v * n_w, units))
+        submitter
+            .dispatch(kernel, &bindings, linear_extent(n_u * n_v * n_w, units))
+            .await
     }
 }
 

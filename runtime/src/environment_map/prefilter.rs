@@ -123,9 +123,19 @@ impl Azimuth {
     }
 }
 
+/// Returns the number of threads to compute with.
+#[cfg(feature = "native")]
+fn thread_count() -> usize {
+    thread::available_parallelism().map_or(1, usize::from)
+}
+#[cfg(not(feature = "native"))]
+fn thread_count() -> usize {
+    1
+}
+
 /// Computes all rows on all processors and concatenates them.
 fn compute_rows(count: usize, row: impl Fn(usize) -> Vec<[f32; 3]> + Sync) -> Vec<[f32; 3]> {
-    let threads = thread::available_parallelism().map_or(1, usize::from);
+    let threads = thread_count();
     let mut rows = vec![vec![]; count];
     let rows_per_thread = count.div_ceil(threads);
     let fill = |first: usize, rows: &mut [Vec<[f32; 3]>]| {
@@ -133,7 +143,6 @@ fn compute_rows(count: usize, row: impl Fn(usize) -> Vec<[f32; 3]> + Sync) -> Ve
         numbered.for_each(|(idx, texels)| *texels = row(idx));
     };
     if threads == 1 {
-        // Some platforms cannot spawn threads.
         fill(0, &mut rows);
     } else {
         thread::scope(|scope| {

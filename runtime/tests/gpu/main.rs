@@ -20,6 +20,8 @@ mod tiled;
 
 /// Grids with a known answer in every cell.
 mod grids;
+/// Single functions of the WGSL library, evaluated on the device.
+mod kernel;
 /// Scenes of several occluders, shaded by every pass.
 mod many;
 /// G-buffers by ray casting, without a rasterizer.

@@ -3,6 +3,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde_json::Value;
 
 use crate::cargo::{self, text};
+use crate::sources;
 
 /// The crates of ours that each may use; those not named may use all.
 const ALLOWED: [(&str, &[&str]); 9] = [
@@ -105,5 +106,35 @@ fn crates_for_renderers_ask_for_no_newer_rust_than_wgpu() {
         let named = |package: &&Value| package["name"] == name;
         let package = packages.iter().find(named).expect("it exists");
         assert_eq!(text(package, "rust_version"), "1.87", "{name}");
+    }
+}
+
+/// The calls that block, spawn threads or read clocks, and the only files of the two crates that
+/// may have them, behind the feature `native`.
+const NOT_IN_A_BROWSER: [(&str, &[&str]); 7] = [
+    ("block_on", &["baker-gpu/src/native.rs"]),
+    (".poll(", &["baker-gpu/src/native.rs"]),
+    ("enumerate_adapters", &["baker-gpu/src/native.rs"]),
+    ("mpsc", &[]),
+    ("Instant", &["baker-gpu/src/clock.rs"]),
+    ("SystemTime", &[]),
+    ("thread::", &["runtime/src/environment_map/prefilter.rs"]),
+];
+
+#[test]
+fn what_a_browser_lacks_is_in_native_files_alone() {
+    let packages = sources::packages();
+    let named = |name| packages.iter().find(|(package, _)| package == name);
+    for name in ["aogrid-baker-gpu", "aogrid-runtime"] {
+        let (_, folder) = named(name).expect("it exists");
+        for source in sources::below(&folder.join("src")) {
+            let code = source.without_tests().lines();
+            let code: Vec<_> = code.filter(|l| !l.trim().starts_with("//")).collect();
+            for (call, files) in NOT_IN_A_BROWSER {
+                let is_native = files.iter().any(|file| source.path.ends_with(file));
+                let has_call = code.iter().any(|line| line.contains(call));
+                assert!(is_native || !has_call, "{call} in {:?}", source.path);
+            }
+        }
     }
 }

@@ -24,7 +24,7 @@ const FORMAT: Check = Check {
 
 /// The checks behind the format, which is done at once. The first compiles everything; clippy and
 /// rustdoc share what they need, which is no machine code; tests find all compiled.
-const CHECKS: [Check; 4] = [
+const CHECKS: [Check; 5] = [
     Check {
         name: "build",
         args: "test --workspace --locked --no-run",
@@ -33,6 +33,12 @@ const CHECKS: [Check; 4] = [
     Check {
         name: "clippy",
         args: "clippy --workspace --all-targets --locked -- -D warnings",
+        rustdoc: "",
+    },
+    // What a browser needs: neither blocking waits nor threads nor clocks.
+    Check {
+        name: "browser",
+        args: "check --locked --no-default-features -p aogrid-baker-gpu -p aogrid-runtime",
         rustdoc: "",
     },
     Check {

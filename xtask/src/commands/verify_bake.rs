@@ -47,7 +47,7 @@ Examples:
 /// The sweep that is compared with rays.
 enum AnySweeper {
     Cpu(Box<cpu::Sweeper>),
-    Gpu(Box<gpu::Sweeper>),
+    Gpu(Box<(gpu::Sweeper, Context)>),
 }
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
@@ -58,7 +58,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         Some(name) => {
             let context = Context::new(&AdapterSelector::Named(name.clone()))?;
             console.note(&format!("on {}", context.adapter().name));
-            AnySweeper::Gpu(Box::new(gpu::Sweeper::new(&context)))
+            AnySweeper::Gpu(Box::new((gpu::Sweeper::new(&context), context)))
         }
     };
     let (mut texels, mut differing) = (0, 0);
@@ -104,9 +104,11 @@ fn compare(
             baked = sweeper.bake_with_bits(&prepared, size, &observer)?;
             Parity::new(&prepared, size, baked)
         }
-        AnySweeper::Gpu(sweeper) => {
-            let uploaded = sweeper.upload(prepared)?;
-            baked = sweeper.bake_with_bits(&uploaded, size, &observer)?;
+        AnySweeper::Gpu(both) => {
+            let (sweeper, context) = &mut **both;
+            let uploaded = context.block_on(sweeper.upload(prepared))?;
+            let bake = sweeper.bake_with_bits(&uploaded, size, &observer);
+            baked = context.block_on(bake)?;
             Parity::new(uploaded.mesh(), size, baked)
         }
     };

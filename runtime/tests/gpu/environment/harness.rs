@@ -4,23 +4,14 @@ use aogrid_gpu_support::Gpu;
 use aogrid_runtime::{AogridEnvironment, EnvironmentMap, EnvironmentTexture, Up, wgsl};
 use glam::Vec3;
 
-/// The kernel that calls the library's functions, one input per thread.
-const KERNEL: &str = "
-@group(0) @binding(0) var<uniform> environment: AogridEnvironment;
-@group(0) @binding(1) var radiance: texture_2d<f32>;
-@group(0) @binding(2) var radiance_sampler: sampler;
-@group(0) @binding(3) var<storage, read> inputs: array<array<vec4f, 4>>;
-@group(0) @binding(4) var<storage, read_write> outputs: array<vec4f>;
+use crate::kernel;
 
-@compute @workgroup_size(64)
-fn evaluate(@builtin(global_invocation_id) id: vec3u) {
-    // Every binding is used, so that the layout is the same for all bodies.
-    let used = environment.scale + textureSampleLevel(radiance, radiance_sampler, vec2f(), 0.0);
-    if id.x < arrayLength(&inputs) && used.x >= 0.0 {
-        let i = inputs[id.x];
-        outputs[id.x] = value(i[0], i[1], i[2], i[3]);
-    }
-}
+/// The arguments of a function, and the bindings that its body may use.
+const DECLARATIONS: &str = "
+alias Input = array<vec4f, 4>;
+@group(0) @binding(2) var<uniform> environment: AogridEnvironment;
+@group(0) @binding(3) var radiance: texture_2d<f32>;
+@group(0) @binding(4) var radiance_sampler: sampler;
 ";
 
 /// The four vector arguments of a call.
@@ -64,51 +55,28 @@ impl<'a> Harness<'a> {
         }
     }
 
-    /// Returns the values of `fn value(p: vec4f, q: vec4f, r: vec4f, s: vec4f) -> vec4f` with this
-    /// body.
+    /// Returns the values of a function of the vectors p, q, r and s with this body.
     fn run(&self, body: &str, inputs: &[Input]) -> Vec<[f32; 4]> {
         let Gpu { device, queue, .. } = self.gpu;
-        let function =
-            format!("fn value(p: vec4f, q: vec4f, r: vec4f, s: vec4f) -> vec4f {{ {body} }}");
-        let source = [wgsl::SHADING, wgsl::ENVIRONMENT, KERNEL, &function].concat();
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("test"),
-            source: wgpu::ShaderSource::Wgsl(source.into()),
-        });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("test"),
-            layout: None,
-            module: &module,
-            entry_point: Some("evaluate"),
-            compilation_options: Default::default(),
-            cache: None,
-        });
+        let function = format!(
+            "fn value(i: Input) -> vec4f {{
+                 let p = i[0]; let q = i[1]; let r = i[2]; let s = i[3]; {body}
+             }}"
+        );
+        let source = [wgsl::SHADING, wgsl::ENVIRONMENT, DECLARATIONS, &function].concat();
         let texture = EnvironmentTexture::new(device, queue, &self.map, "test");
         let uniform = self.gpu.storage(bytemuck::bytes_of(&self.environment));
-        let input_buffer = self.gpu.storage(bytemuck::cast_slice(inputs));
-        let outputs = self.gpu.storage(&vec![0; inputs.len() * 16]);
-        let resources = [
-            uniform.as_entire_binding(),
-            wgpu::BindingResource::TextureView(texture.view()),
-            wgpu::BindingResource::Sampler(texture.sampler()),
-            input_buffer.as_entire_binding(),
-            outputs.as_entire_binding(),
+        let view = wgpu::BindingResource::TextureView(texture.view());
+        let sampler = wgpu::BindingResource::Sampler(texture.sampler());
+        let all = [
+            (2, "environment,", uniform.as_entire_binding()),
+            (3, "radiance,", view),
+            (4, "radiance_sampler", sampler),
         ];
-        let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
-        let entries: Vec<_> = (0..).zip(resources).map(entry).collect();
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("test"),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
-        let mut encoder = device.create_command_encoder(&Default::default());
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, &group, &[]);
-        pass.dispatch_workgroups(inputs.len().div_ceil(64) as u32, 1, 1);
-        drop(pass);
-        queue.submit([encoder.finish()]);
-        bytemuck::pod_collect_to_vec(&self.gpu.read_buffer(&outputs))
+        // The pipeline's automatic layout has only the bindings that the body uses.
+        let used = all.into_iter().filter(|(_, name, _)| body.contains(name));
+        let resources = used.map(|(binding, _, resource)| (binding, resource));
+        kernel::evaluate(self.gpu, &source, resources.collect(), inputs)
     }
 
     /// Returns the largest difference from the CPU twin.
@@ -119,18 +87,8 @@ impl<'a> Harness<'a> {
         twin: impl Fn(&Input) -> [f32; 4],
     ) -> f32 {
         let found = self.run(body, inputs);
-        assert!(found.iter().any(|v| *v != found[0]), "nothing was compared");
-        let mut worst = 0.0_f32;
-        for (input, found) in inputs.iter().zip(found) {
-            let expected = twin(input);
-            for c in 0..4 {
-                let difference = (found[c] - expected[c]).abs();
-                assert!(!difference.is_nan(), "{input:?}: {found:?}");
-                worst = worst.max(difference);
-            }
-        }
-        println!("{body}: off by at most {worst}");
-        worst
+        let worst = kernel::max_difference(body, &found, |idx| twin(&inputs[idx]));
+        worst.into_iter().fold(0.0, f32::max)
     }
 
     /// Returns the error that a filter weight's error causes between the steepest texels: level 0

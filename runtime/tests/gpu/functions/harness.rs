@@ -2,25 +2,17 @@ use aogrid_gpu_support::Gpu;
 use aogrid_grid_format::Grid;
 use aogrid_runtime::{AogridOccluder, GridTexture, Instance, tables, wgsl};
 
-/// The kernel that calls the library's functions, one input per thread: position and normal, or the
-/// arguments of the function in x and y.
-const KERNEL: &str = "
-struct Input { position: vec4f, normal: vec4f }
-@group(0) @binding(0) var<uniform> occluder: AogridOccluder;
-@group(0) @binding(1) var grid: texture_3d<f32>;
-@group(0) @binding(2) var transmittance: texture_2d<f32>;
-@group(0) @binding(3) var clip: texture_2d<f32>;
-@group(0) @binding(4) var linear_clamp: sampler;
-@group(0) @binding(5) var<storage, read> inputs: array<Input>;
-@group(0) @binding(6) var<storage, read_write> outputs: array<vec4f>;
-@group(0) @binding(7) var overlaps: texture_3d<f32>;
+use crate::kernel;
 
-@compute @workgroup_size(64)
-fn evaluate(@builtin(global_invocation_id) id: vec3u) {
-    if id.x < arrayLength(&inputs) {
-        outputs[id.x] = value(inputs[id.x].position.xyz, inputs[id.x].normal.xyz);
-    }
-}
+/// The arguments of a function, and the bindings that its body may use.
+const DECLARATIONS: &str = "
+struct Input { position: vec4f, normal: vec4f }
+@group(0) @binding(2) var<uniform> occluder: AogridOccluder;
+@group(0) @binding(3) var grid: texture_3d<f32>;
+@group(0) @binding(4) var transmittance: texture_2d<f32>;
+@group(0) @binding(5) var clip: texture_2d<f32>;
+@group(0) @binding(6) var linear_clamp: sampler;
+@group(0) @binding(7) var overlaps: texture_3d<f32>;
 ";
 
 /// A device and an occluder, to evaluate single functions of the library with.
@@ -44,59 +36,32 @@ impl<'a> Harness<'a> {
         }
     }
 
-    /// Returns the values of `fn value(p: vec3f, n: vec3f) -> vec4f` with the given body.
+    /// Returns the values of a function of the position p and the normal n with this body.
     pub fn run(&self, body: &str, inputs: &[Input]) -> Vec<[f32; 4]> {
         let Gpu { device, queue, .. } = self.gpu;
-        let function = format!("fn value(p: vec3f, n: vec3f) -> vec4f {{ {body} }}");
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("test"),
-            source: wgpu::ShaderSource::Wgsl([wgsl::SHADING, KERNEL, &function].concat().into()),
-        });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("test"),
-            layout: None,
-            module: &module,
-            entry_point: Some("evaluate"),
-            compilation_options: Default::default(),
-            cache: None,
-        });
+        let function = format!(
+            "fn value(i: Input) -> vec4f {{ let p = i.position.xyz; let n = i.normal.xyz; {body} }}"
+        );
+        let source = [wgsl::SHADING, DECLARATIONS, &function].concat();
         let occluder = self.gpu.storage(bytemuck::bytes_of(&self.occluder));
         let grid = GridTexture::new(device, queue, &self.grid, "test").unwrap();
         let transmittance = tables::transmittance_table(device, queue);
         let clip = tables::clip_table(device, queue);
         let overlaps = tables::intersection_table(device, queue);
         let sampler = tables::linear_clamp_sampler(device);
-        let input_buffer = self.gpu.storage(bytemuck::cast_slice(inputs));
-        let outputs = self.gpu.storage(&vec![0; inputs.len() * 16]);
         let view = wgpu::BindingResource::TextureView;
         let all = [
-            (0, "occluder", occluder.as_entire_binding()),
-            (1, "grid,", view(grid.view())),
-            (2, "transmittance,", view(&transmittance)),
-            (3, "clip,", view(&clip)),
-            (4, "linear_clamp", wgpu::BindingResource::Sampler(&sampler)),
-            (5, "", input_buffer.as_entire_binding()),
-            (6, "", outputs.as_entire_binding()),
+            (2, "occluder", occluder.as_entire_binding()),
+            (3, "grid,", view(grid.view())),
+            (4, "transmittance,", view(&transmittance)),
+            (5, "clip,", view(&clip)),
+            (6, "linear_clamp", wgpu::BindingResource::Sampler(&sampler)),
             (7, "overlaps", view(&overlaps)),
         ];
         // The pipeline's automatic layout has only the bindings that the body uses.
         let used = all.into_iter().filter(|(_, name, _)| body.contains(name));
-        let entries: Vec<_> = used
-            .map(|(binding, _, resource)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("test"),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
-        let mut encoder = device.create_command_encoder(&Default::default());
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, &group, &[]);
-        pass.dispatch_workgroups(inputs.len().div_ceil(64) as u32, 1, 1);
-        drop(pass);
-        queue.submit([encoder.finish()]);
-        bytemuck::pod_collect_to_vec(&self.gpu.read_buffer(&outputs))
+        let resources = used.map(|(binding, _, resource)| (binding, resource));
+        kernel::evaluate(self.gpu, &source, resources.collect(), inputs)
     }
 
     /// Returns the largest difference of each component from the CPU twin.
@@ -106,19 +71,9 @@ impl<'a> Harness<'a> {
         inputs: &[Input],
         twin: impl Fn([f32; 3], [f32; 3]) -> [f32; 4],
     ) -> [f32; 4] {
-        let found = self.run(body, inputs);
-        assert_eq!(found.len(), inputs.len());
-        assert!(found.iter().any(|v| *v != found[0]), "nothing was compared");
-        let mut worst = [0.0_f32; 4];
-        for ([p, n], found) in inputs.iter().zip(found) {
-            let expected = twin([p[0], p[1], p[2]], [n[0], n[1], n[2]]);
-            for c in 0..4 {
-                let difference = (found[c] - expected[c]).abs();
-                assert!(!difference.is_nan(), "{p:?} {n:?}: {found:?}");
-                worst[c] = worst[c].max(difference);
-            }
-        }
-        println!("{body}: off by at most {worst:?}");
-        worst
+        kernel::max_difference(body, &self.run(body, inputs), |idx| {
+            let [p, n] = inputs[idx].map(|[x, y, z, _]| [x, y, z]);
+            twin(p, n)
+        })
     }
 }

@@ -10,7 +10,7 @@ use aogrid_baker_gpu::{BakeError, Baker};
 use aogrid_grid_format::{Encoding, Sampling};
 use aogrid_tests::{exact_options, gpu};
 
-use super::{bake, placed};
+use super::{bake, bake_by, placed};
 use crate::analytic;
 
 #[test]
@@ -35,16 +35,19 @@ fn the_algorithm_is_chosen_as_on_the_cpu() {
     };
     let mut baker = Baker::new(context, None);
     assert_eq!(
-        baker.prepare(&mesh, spec, &faces).unwrap().algorithm(),
+        context
+            .block_on(baker.prepare(&mesh, spec, &faces))
+            .unwrap()
+            .algorithm(),
         Algorithm::DirectionSweep
     );
-    let rays = baker.prepare(&mesh, spec, &near).unwrap();
+    let rays = context.block_on(baker.prepare(&mesh, spec, &near)).unwrap();
     assert_eq!(
         (rays.algorithm(), rays.fallback_reason()),
         (Algorithm::RayCasting, Some(&RayFallbackReason::MaxDistance))
     );
     let mut sweep = Baker::new(context, Some(Algorithm::DirectionSweep));
-    let refused = sweep.prepare(&mesh, spec, &near).err();
+    let refused = context.block_on(sweep.prepare(&mesh, spec, &near)).err();
     assert_eq!(
         refused,
         Some(PlanError::NoSweep(RayFallbackReason::MaxDistance).into())
@@ -94,16 +97,21 @@ fn a_bake_reports_progress_and_can_be_cancelled() {
     for max_distance in [None, Some(3.0)] {
         options.max_distance = max_distance;
         let mut baker = Baker::new(context, None);
-        let mut ready = baker.prepare(&mesh, spec, &options).unwrap();
+        let mut ready = context
+            .block_on(baker.prepare(&mesh, spec, &options))
+            .unwrap();
         let stop = |_: Progress| ControlFlow::Break(());
-        assert_eq!(ready.bake(&stop), Err(BakeError::Cancelled));
+        assert_eq!(
+            context.block_on(ready.bake(&stop)),
+            Err(BakeError::Cancelled)
+        );
         // The state that a cancelled bake leaves must not affect the next.
         let max_done = std::sync::atomic::AtomicUsize::new(0);
         let watch = |progress: Progress| {
             max_done.fetch_max(progress.done, std::sync::atomic::Ordering::Relaxed);
             ControlFlow::Continue(())
         };
-        let raw = ready.bake(&watch).unwrap();
+        let raw = context.block_on(ready.bake(&watch)).unwrap();
         assert_eq!(max_done.into_inner(), spec.cell_count());
         assert_eq!(raw, bake(context, &mesh, spec, &options));
     }
@@ -128,9 +136,13 @@ fn every_baker_finds_the_same_interior() {
             prepared.bake(UNOBSERVED).unwrap()
         };
         let by_gpu = |kernel| {
-            let mut baker = Baker::new(context, kernel);
-            let mut prepared = baker.prepare(&mesh, spec, &faces).unwrap();
-            prepared.bake(UNOBSERVED).unwrap()
+            bake_by(
+                &mut Baker::new(context, kernel),
+                context,
+                &mesh,
+                spec,
+                &faces,
+            )
         };
         let sweep = by_cpu(Some(Algorithm::DirectionSweep), &faces);
         let expected = Classification::of(&sweep);

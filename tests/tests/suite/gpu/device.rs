@@ -1,8 +1,10 @@
 use std::ops::ControlFlow;
+use std::pin::pin;
+use std::task::{self, Poll, Waker};
 
 use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{BakeOptions, Progress, UNOBSERVED};
-use aogrid_baker_gpu::wgpu::Limits;
+use aogrid_baker_gpu::wgpu::{Limits, PollType};
 use aogrid_baker_gpu::{AdapterSelector, BakeError, Baker, Context, ContextError};
 use aogrid_tests::gpu;
 
@@ -32,23 +34,25 @@ fn a_lost_device_is_an_error_and_no_panic() {
             return;
         };
         let mut baker = Baker::new(&context, None);
-        let mut ready = baker.prepare(&mesh, spec, &options).unwrap();
+        let mut ready = context
+            .block_on(baker.prepare(&mesh, spec, &options))
+            .unwrap();
         let destroy = |_: Progress| {
             context.device().destroy();
             ControlFlow::Continue(())
         };
-        let lost = ready.bake(&destroy);
+        let lost = context.block_on(ready.bake(&destroy));
         assert!(matches!(lost, Err(BakeError::Lost(_))), "{lost:?}");
         drop(ready);
-        let again = baker.prepare(&mesh, spec, &options).err();
+        let again = context.block_on(baker.prepare(&mesh, spec, &options)).err();
         assert!(matches!(again, Some(BakeError::Lost(_))), "{again:?}");
         // The loss of a caller's device is detected, too.
         let theirs = own_device(Limits::defaults()).unwrap();
         let ours = Context::from_device(theirs.device(), theirs.queue());
         let mut baker = Baker::new(&ours, None);
-        let mut ready = baker.prepare(&mesh, spec, &options).unwrap();
+        let mut ready = ours.block_on(baker.prepare(&mesh, spec, &options)).unwrap();
         theirs.device().destroy();
-        let lost = ready.bake(UNOBSERVED);
+        let lost = ours.block_on(ready.bake(UNOBSERVED));
         assert!(matches!(lost, Err(BakeError::Lost(_))), "{lost:?}");
     }
 }
@@ -71,11 +75,45 @@ fn small_limits_give_the_same_grid_or_an_error_that_says_so() {
     let large = Model::Sphere.mesh(Some(100_000)).unwrap();
     let spec = placed(&large, 8);
     let mut baker = Baker::new(&context, None);
-    let error = baker.prepare(&large, spec, &options).err();
+    let error = context
+        .block_on(baker.prepare(&large, spec, &options))
+        .err();
     assert!(
         matches!(error, Some(BakeError::TooLarge { .. })),
         "{error:?}"
     );
+}
+
+/// As in a browser: the caller's event loop runs the device, and there is no clock to speak of.
+#[test]
+fn a_bake_needs_neither_a_blocking_wait_nor_a_clock() {
+    let Some(context) = gpu() else { return };
+    let mesh = Model::Table.mesh(None).unwrap();
+    let spec = placed(&mesh, 12);
+    for max_distance in [None, Some(1.0)] {
+        let options = BakeOptions {
+            max_distance,
+            ..BakeOptions::recommended()
+        };
+        let stopped = Context::from_device(context.device(), context.queue())
+            .with_clock(|| std::time::Duration::ZERO);
+        let mut baker = Baker::new(&stopped, None);
+        let mut bake = pin!(async {
+            let mut ready = baker.prepare(&mesh, spec, &options).await?;
+            ready.bake(UNOBSERVED).await
+        });
+        let mut waits = 0;
+        let raw = loop {
+            let mut task = task::Context::from_waker(Waker::noop());
+            match bake.as_mut().poll(&mut task) {
+                Poll::Ready(result) => break result.unwrap(),
+                Poll::Pending => waits += 1,
+            }
+            context.device().poll(PollType::Poll).unwrap();
+        };
+        assert!(waits > 0, "the future never waits for the device");
+        assert!(raw == super::bake(context, &mesh, spec, &options));
+    }
 }
 
 #[test]

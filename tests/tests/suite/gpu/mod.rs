@@ -22,7 +22,20 @@ fn placed(mesh: &TriangleMesh, n: u32) -> GridSpec {
 }
 
 fn bake(context: &Context, mesh: &TriangleMesh, spec: GridSpec, o: &BakeOptions) -> RawGrid {
-    let mut baker = Baker::new(context, None);
-    let mut ready = baker.prepare(mesh, spec, o).unwrap();
-    ready.bake(UNOBSERVED).unwrap()
+    bake_by(&mut Baker::new(context, None), context, mesh, spec, o)
+}
+
+/// Bakes and waits for the result.
+fn bake_by(
+    baker: &mut Baker,
+    context: &Context,
+    mesh: &TriangleMesh,
+    spec: GridSpec,
+    o: &BakeOptions,
+) -> RawGrid {
+    let raw = context.block_on(async {
+        let mut ready = baker.prepare(mesh, spec, o).await?;
+        ready.bake(UNOBSERVED).await
+    });
+    raw.unwrap()
 }

@@ -26,11 +26,15 @@ fn rays_with_and_without_a_maximum_distance_match_the_cpu() {
             max_distance,
             ..BakeOptions::recommended()
         };
-        let uploaded = caster.upload(&mesh, spec, options.sample_offset).unwrap();
-        let (raw, bits) = caster
-            .bake_with_bits(&uploaded, &options, UNOBSERVED)
+        let uploaded = context
+            .block_on(caster.upload(&mesh, spec, options.sample_offset))
             .unwrap();
-        let again = caster.bake(&uploaded, &options, true, UNOBSERVED).unwrap();
+        let (raw, bits) = context
+            .block_on(caster.bake_with_bits(&uploaded, &options, UNOBSERVED))
+            .unwrap();
+        let again = context
+            .block_on(caster.bake(&uploaded, &options, true, UNOBSERVED))
+            .unwrap();
         assert!(again == raw, "with bits and without");
         let cpu = RayScene::new(&mesh)
             .bake(spec, &options, UNOBSERVED)
@@ -57,9 +61,15 @@ fn the_naive_kernel_matches_the_others() {
             ..BakeOptions::recommended()
         };
         let mut caster = Caster::new(context);
-        let uploaded = caster.upload(&mesh, spec, options.sample_offset).unwrap();
-        let naive = caster.bake_naively(&uploaded, &options).unwrap();
-        let tree = caster.bake(&uploaded, &options, true, UNOBSERVED).unwrap();
+        let uploaded = context
+            .block_on(caster.upload(&mesh, spec, options.sample_offset))
+            .unwrap();
+        let naive = context
+            .block_on(caster.bake_naively(&uploaded, &options))
+            .unwrap();
+        let tree = context
+            .block_on(caster.bake(&uploaded, &options, true, UNOBSERVED))
+            .unwrap();
         assert!(naive == tree, "{sample:?}");
         let sweep = bake(context, &mesh, spec, &options);
         let off: u32 = (0..naive.counts.len())

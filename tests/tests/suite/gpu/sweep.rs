@@ -1,7 +1,9 @@
 use aogrid_bake_core::models::Model;
-use aogrid_bake_core::{BakeOptions, FaceBits, PreparedMesh, TriangleMesh, UNOBSERVED, mesh};
+use aogrid_bake_core::{
+    BakeOptions, FaceBits, PreparedMesh, RawGrid, TriangleMesh, UNOBSERVED, mesh,
+};
 use aogrid_baker_cpu::parity::Parity;
-use aogrid_baker_gpu::Sweeper;
+use aogrid_baker_gpu::{Context, Sweeper, UploadedMesh};
 use aogrid_grid_format::GridSpec;
 use aogrid_tests::{files_with_ending, gpu, mesh_of, shared};
 
@@ -9,15 +11,34 @@ use crate::parity::{
     Corners, MAX_MISMATCHES_GPU, assert_parity, compare, prepared, soup, stack_of_sheets,
 };
 
-fn compare_gpu(sweeper: &mut Sweeper, mesh: PreparedMesh, size: u32) -> Parity {
-    let uploaded = sweeper.upload(mesh).unwrap();
-    let bake = sweeper.bake_with_bits(&uploaded, size, UNOBSERVED);
+/// A sweeper and the device that it waits for.
+struct Sweep(Sweeper, &'static Context);
+
+impl Sweep {
+    fn new(context: &'static Context) -> Self {
+        Self(Sweeper::new(context), context)
+    }
+
+    fn upload(&mut self, mesh: PreparedMesh) -> UploadedMesh {
+        self.1.block_on(self.0.upload(mesh)).unwrap()
+    }
+
+    fn bake(&mut self, mesh: &UploadedMesh, size: u32) -> RawGrid {
+        let bake = self.0.bake(mesh, size, true, UNOBSERVED);
+        self.1.block_on(bake).unwrap()
+    }
+}
+
+fn compare_gpu(sweep: &mut Sweep, mesh: PreparedMesh, size: u32) -> Parity {
+    let uploaded = sweep.upload(mesh);
+    let bake = sweep.0.bake_with_bits(&uploaded, size, UNOBSERVED);
+    let bake = sweep.1.block_on(bake);
     Parity::new(uploaded.mesh(), size, bake.unwrap())
 }
 
 /// Asserts that the GPU's sweep matches the CPU's rays, and that its moments equal those of the
 /// CPU's own sweep bit for bit in cells where both see the same texels.
-fn assert_matches_the_cpu(sweeper: &mut Sweeper, mesh: &TriangleMesh, n: [u32; 3], size: u32) {
+fn assert_matches_the_cpu(sweeper: &mut Sweep, mesh: &TriangleMesh, n: [u32; 3], size: u32) {
     let parity = compare_gpu(sweeper, prepared(mesh, n), size);
     assert_parity(&parity, MAX_MISMATCHES_GPU, &format!("{n:?} {size}"));
     let cpu = compare(&prepared(mesh, n), size);
@@ -33,7 +54,7 @@ fn assert_matches_the_cpu(sweeper: &mut Sweeper, mesh: &TriangleMesh, n: [u32; 3
 #[test]
 fn models_match_at_any_resolution_and_face_size() {
     let Some(context) = gpu() else { return };
-    let mut sweeper = Sweeper::new(context);
+    let mut sweeper = Sweep::new(context);
     for (sample, resolution, size) in [
         (Model::Table, [12, 9, 10], 16),
         (Model::Robot, [16, 21, 11], 8),
@@ -51,7 +72,7 @@ fn models_match_at_any_resolution_and_face_size() {
 #[test]
 fn soups_and_hundreds_of_layers_match() {
     let Some(context) = gpu() else { return };
-    let mut sweeper = Sweeper::new(context);
+    let mut sweeper = Sweep::new(context);
     let robot: Vec<Corners> = Model::Robot.mesh(None).unwrap().corners().collect();
     let open: Vec<Corners> = robot.iter().step_by(2).copied().collect();
     let wound: Vec<Corners> = (0..)
@@ -89,7 +110,7 @@ fn layers_without_row_hits_are_counted() {
         }
     }
     let mesh = prepared(&mesh_of(&triangles), [8, 12, 8]);
-    let parity = compare_gpu(&mut Sweeper::new(context), mesh, 16);
+    let parity = compare_gpu(&mut Sweep::new(context), mesh, 16);
     assert_parity(&parity, MAX_MISMATCHES_GPU, "between the rows");
 }
 
@@ -98,7 +119,7 @@ fn layers_without_row_hits_are_counted() {
 #[test]
 fn grids_that_do_not_enclose_the_mesh_match() {
     let Some(context) = gpu() else { return };
-    let mut sweeper = Sweeper::new(context);
+    let mut sweeper = Sweep::new(context);
     let mesh = Model::Robot.mesh(None).unwrap();
     let [low, high] = [mesh.bounds().min, mesh.bounds().max];
     let middle: [f32; 3] = std::array::from_fn(|x| (low[x] + high[x]) / 2.0);
@@ -130,7 +151,7 @@ fn real_meshes_match() {
     let (Some(folder), Some(context)) = (shared("data/meshes"), gpu()) else {
         return;
     };
-    let mut sweeper = Sweeper::new(context);
+    let mut sweeper = Sweep::new(context);
     for path in files_with_ending(&folder, ".obj") {
         let loaded = mesh::load(&path).unwrap().mesh;
         if loaded.triangles().len() < 100_000 {
@@ -143,19 +164,19 @@ fn real_meshes_match() {
 #[test]
 fn a_warm_sweeper_gives_the_same_bits() {
     let Some(context) = gpu() else { return };
-    let mut warm = Sweeper::new(context);
+    let mut warm = Sweep::new(context);
     for (sample, n, size) in [
         (Model::SpaceShip, [8, 9, 30], 9),
         (Model::Table, [20; 3], 16),
         (Model::SpaceShip, [8, 9, 30], 9),
     ] {
         let mesh = || prepared(&sample.mesh(None).unwrap(), n);
-        let uploaded = warm.upload(mesh()).unwrap();
-        let first = warm.bake(&uploaded, size, true, UNOBSERVED).unwrap();
-        assert_eq!(warm.bake(&uploaded, size, true, UNOBSERVED).unwrap(), first);
-        let mut cold = Sweeper::new(context);
-        let uploaded = cold.upload(mesh()).unwrap();
-        assert_eq!(cold.bake(&uploaded, size, true, UNOBSERVED).unwrap(), first);
+        let uploaded = warm.upload(mesh());
+        let first = warm.bake(&uploaded, size);
+        assert_eq!(warm.bake(&uploaded, size), first);
+        let mut cold = Sweep::new(context);
+        let uploaded = cold.upload(mesh());
+        assert_eq!(cold.bake(&uploaded, size), first);
     }
 }
 
@@ -184,7 +205,7 @@ fn the_comparison_detects_wrong_bits() {
     let (n, size) = (10_usize, 8_u32);
     let triangles: Vec<Corners> = Model::Table.mesh(None).unwrap().corners().collect();
     let mesh = || prepared(&mesh_of(&triangles), [n as u32; 3]);
-    let mut sweeper = Sweeper::new(context);
+    let mut sweeper = Sweep::new(context);
     let Parity { bits, .. } = compare_gpu(&mut sweeper, mesh(), size);
     let s = size as usize;
     let shifted = permuted(&bits, size, |cell, texel| {
