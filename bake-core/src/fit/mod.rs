@@ -44,6 +44,10 @@ const INTERIOR_HOLD: f64 = 0.1;
 /// The distance to the surface, in cells, below which the weight of a point no longer grows.
 const MIN_DISTANCE: f64 = 0.25;
 
+/// The distance to the surface, in cells, above which it no longer falls. Far from the surface the
+/// field is smooth, and weights hardly matter; near it they do.
+const MAX_DISTANCE: f64 = 1.0;
+
 /// The finer lattice of points around a mesh, baked.
 #[derive(Clone, Debug)]
 pub struct NearSurface<'a> {
@@ -83,7 +87,10 @@ pub(crate) fn fit(
             system.push(position, exact);
         }
     }
-    system.weigh(|position| 1.0 / surface.distance(position).max(MIN_DISTANCE));
+    system.weigh(|position| {
+        let distance = surface.distance(position, MAX_DISTANCE);
+        1.0 / distance.max(MIN_DISTANCE)
+    });
     let fitted: Vec<_> = system.solve().collect();
     for (cell, value) in fitted {
         values[cell] = value;

@@ -82,46 +82,21 @@ impl Surface {
     }
 
     /// Returns the distance between a position and the surface, in cells, as far as the points of
-    /// the bins tell: too large by up to a bin's diagonal beside the surface, and exact far from
-    /// it. Infinite if the surface does not cross the grid's box.
-    pub(super) fn distance(&self, position: [f64; 3]) -> f64 {
-        let home = [0, 1, 2].map(|x| bin_at(position[x], self.bins[x]));
-        let mut nearest = f64::INFINITY;
-        let rings = self.bins.iter().max().copied().unwrap_or(0);
-        for ring in 0..=rings {
-            // Bins farther out begin at least this far away.
-            let beyond = (ring as f64 - 1.0).max(0.0) * BIN;
-            if nearest <= beyond * beyond {
-                break;
+    /// the bins tell: too large by up to a bin's diagonal. `max` if it is farther.
+    pub(super) fn distance(&self, position: [f64; 3], max: f64) -> f64 {
+        let reach = (max / BIN).ceil() as usize;
+        let [xs, ys, zs] = [0, 1, 2].map(|x| {
+            let home = bin_at(position[x], self.bins[x]);
+            home.saturating_sub(reach)..(home + reach + 1).min(self.bins[x])
+        });
+        let mut nearest = max * max;
+        for (k, j) in zs.flat_map(|k| ys.clone().map(move |j| (k, j))) {
+            let row = (k * self.bins[1] + j) * self.bins[0];
+            for point in self.points[row + xs.start..row + xs.end].iter().flatten() {
+                nearest = nearest.min(squared_distance(position, *point));
             }
-            self.for_ring(home, ring, |bin| {
-                if let Some(point) = self.point(bin) {
-                    nearest = nearest.min(squared_distance(position, point));
-                }
-            });
         }
         nearest.sqrt()
-    }
-
-    /// Calls `visit` with each bin at the given distance from `home`, counted in bins along the
-    /// axis where it is largest.
-    fn for_ring(&self, home: [usize; 3], ring: usize, mut visit: impl FnMut([usize; 3])) {
-        let range =
-            |x: usize| home[x].saturating_sub(ring)..=(home[x] + ring).min(self.bins[x] - 1);
-        for k in range(2) {
-            for j in range(1) {
-                let on_face = k.abs_diff(home[2]) == ring || j.abs_diff(home[1]) == ring;
-                // In the middle of a ring's rows only the two ends belong to it.
-                let step = if on_face { 1 } else { (2 * ring).max(1) };
-                let mut i = home[0] as isize - ring as isize;
-                while i <= (home[0] + ring) as isize {
-                    if (0..self.bins[0] as isize).contains(&i) {
-                        visit([i as usize, j, k]);
-                    }
-                    i += step as isize;
-                }
-            }
-        }
     }
 
     fn point(&self, [i, j, k]: [usize; 3]) -> Option<[f64; 3]> {
@@ -215,7 +190,8 @@ mod tests {
                     .iter()
                     .map(|&t| squared_distance(p, closest_point(p, t)));
                 let nearest = to_all.fold(f64::INFINITY, f64::min).sqrt();
-                let found = surface.distance(p);
+                let found = surface.distance(p, 3.0);
+                let nearest = nearest.min(3.0);
                 // The nearest point shares its bin with one that is found.
                 let diagonal = 3.0_f64.sqrt() * BIN;
                 assert!(
