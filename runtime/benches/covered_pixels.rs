@@ -11,8 +11,8 @@
 use std::time::Instant;
 
 use aogrid_gpu_support::{Gpu, attachment, gpu, read_only_depth};
-use aogrid_grid_format::{Encoding, GridSpec, TexelFormat};
-use aogrid_runtime::shading::{aogrid_grid_position, aogrid_is_inside};
+use aogrid_grid_format::{Grid, TexelFormat};
+use aogrid_runtime::shading::{aogrid_grid_position, aogrid_lookup};
 use aogrid_runtime::{
     AogridOccluder, DepthTest, Frame, GBufferFormat, GBufferViews, GridTexture, Instance, Mode,
     Normals, OcclusionPass, OcclusionPassDescriptor, Output, Positions, Receivers,
@@ -46,7 +46,7 @@ fn main() {
     println!("   scale  covered   inside      ms  ns a covered pixel   with depth test");
     for scale in SCALES {
         let instances = ring(scale);
-        let [covered, inside] = cover(grid.spec(), &instances, &buffer);
+        let [covered, inside] = cover(&grid, &instances, &buffer);
         let [plain, tested] = times(&gpu, &texture, &instances, &buffer);
         println!(
             "{scale:>8} {covered:>8} {:>7.0}% {plain:>7.2} {:>19.1} {:>16.2}x",
@@ -118,14 +118,13 @@ fn ring(scale: f32) -> Vec<Instance> {
 
 /// Returns the number of pixels that the back faces of the boxes cover, counted for each box, and
 /// the number of those whose receiver is inside the box.
-fn cover(spec: &GridSpec, instances: &[Instance], buffer: &Buffer) -> [usize; 2] {
+fn cover(grid: &Grid, instances: &[Instance], buffer: &Buffer) -> [usize; 2] {
     let mut count = [0; 2];
     for instance in instances {
-        let occluder = AogridOccluder::new(spec, Encoding::Cone, TexelFormat::Unorm8, instance)
-            .expect("it stands");
+        let occluder = AogridOccluder::new(grid, instance).expect("it stands");
         for ([from, direction], position) in buffer.rays.iter().zip(&buffer.positions) {
             let [x, y, z, _] = *position;
-            let is_inside = aogrid_is_inside(aogrid_grid_position(&occluder, [x, y, z]));
+            let is_inside = aogrid_lookup(&occluder, [x, y, z]).is_reached;
             count[0] += usize::from(meets_box(&occluder, *from, *direction));
             count[1] += usize::from(is_inside);
         }
@@ -133,12 +132,15 @@ fn cover(spec: &GridSpec, instances: &[Instance], buffer: &Buffer) -> [usize; 2]
     count
 }
 
-/// Whether a ray passes through the grid's box.
+/// Whether a ray passes through the box in which the occluder has an effect.
 fn meets_box(occluder: &AogridOccluder, from: Vec3, direction: Vec3) -> bool {
-    let at = |p: Vec3| Vec3::from(aogrid_grid_position(occluder, p.to_array()));
+    let at = |p: Vec3| {
+        let off_center = Vec3::from(aogrid_grid_position(occluder, p.to_array())) - 0.5;
+        off_center * Vec3::from(occluder.per_extent)
+    };
     let (start, end) = (at(from), at(from + direction));
     let inverse = (end - start).recip();
-    let (a, b) = (-start * inverse, (Vec3::ONE - start) * inverse);
+    let (a, b) = ((-1.0 - start) * inverse, (1.0 - start) * inverse);
     let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
     enter <= leave && leave > 0.0
 }

@@ -53,12 +53,7 @@ fn shade(grid: &Grid) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
     let table = tables::transmittance_table(device, queue);
     let sampler = tables::linear_clamp_sampler(device);
     let identity = std::array::from_fn(|c| std::array::from_fn(|r| f32::from(c == r)));
-    let occluder = AogridOccluder::new(
-        grid.spec(),
-        grid.encoding(),
-        grid.format(),
-        &Instance::at(identity),
-    )?;
+    let occluder = AogridOccluder::new(grid, &Instance::at(identity))?;
     let occluder = bytemuck::bytes_of(&occluder);
     let uniform = gpu.buffer(wgpu::BufferUsages::UNIFORM, occluder);
     // Present in any renderer: a pipeline with its bindings, and a target.

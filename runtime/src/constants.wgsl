@@ -13,6 +13,8 @@ const AOGRID_MERGE_ANGLE_SCALE = 0.3083627;
 const AOGRID_MERGE_ANGLE_OFFSET = 0.015625;
 // The squared length below which an axis is rounding noise and counts as no axis.
 const AOGRID_AXIS_EPSILON = 1e-8;
+// The lower bound of a squared length in any unit that is a divisor.
+const AOGRID_SQUARE_EPSILON = 1e-30;
 // Keeps the closed form of T_clip finite where the tangent plane touches the cone's rim.
 const AOGRID_RIM_EPSILON = 1e-12;
 // The lower bound for fractions and cosines used as divisors; smaller values count as zero.

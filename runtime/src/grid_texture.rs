@@ -2,14 +2,15 @@
 
 use aogrid_grid_format::{Encoding, Grid, GridSpec, TexelFormat};
 
+use crate::grid_facts::GridFacts;
+use crate::{AogridOccluder, Instance, InstanceError};
+
 /// A grid's texture. Clones share it.
 #[derive(Clone, Debug)]
 pub struct GridTexture {
     view: wgpu::TextureView,
     bind_group: wgpu::BindGroup,
-    spec: GridSpec,
-    encoding: Encoding,
-    format: TexelFormat,
+    facts: GridFacts,
 }
 
 /// The reasons why a device cannot hold a grid.
@@ -63,9 +64,7 @@ impl GridTexture {
         Ok(Self {
             view,
             bind_group,
-            spec: *grid.spec(),
-            encoding: grid.encoding(),
-            format: grid.format(),
+            facts: GridFacts::of(grid),
         })
     }
 
@@ -76,17 +75,30 @@ impl GridTexture {
 
     /// The grid's resolution and box.
     pub fn spec(&self) -> &GridSpec {
-        &self.spec
+        &self.facts.spec
     }
 
     /// The quantities that a texel holds.
     pub fn encoding(&self) -> Encoding {
-        self.encoding
+        self.facts.encoding
     }
 
     /// The storage format of a channel.
     pub fn format(&self) -> TexelFormat {
-        self.format
+        self.facts.format
+    }
+
+    /// Builds the shader data of an instance, for your own shaders.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`AogridOccluder::new`].
+    pub fn occluder(&self, instance: &Instance) -> Result<AogridOccluder, InstanceError> {
+        AogridOccluder::of(&self.facts, instance)
+    }
+
+    pub(crate) fn facts(&self) -> &GridFacts {
+        &self.facts
     }
 
     pub(crate) fn bind_group(&self) -> &wgpu::BindGroup {

@@ -11,7 +11,7 @@
 //! let world_from_object =
 //!     [[1., 0., 0., 0.], [0., 1., 0., 0.], [0., 0., 1., 0.], [0., 2., 0., 1.]];
 //! let instance = Instance { strength: 0.8, ..Instance::at(world_from_object) };
-//! let occluder = AogridOccluder::new(grid.spec(), grid.encoding(), grid.format(), &instance)?;
+//! let occluder = AogridOccluder::new(&grid, &instance)?;
 //! let texture = CpuTexture::of_grid(&grid);
 //! let table = CpuTexture::transmittance_table();
 //! let transmittance = aogrid_cone(&occluder, &texture, &table, [0., 2., 1.], [0., 1., 0.]);
@@ -70,7 +70,9 @@ mod environment_texture;
 mod frame;
 mod gbuffer;
 mod grid_atlas;
+mod grid_facts;
 mod grid_texture;
+mod lookup;
 mod merge_pass;
 mod occluder;
 mod occlusion_pass;

@@ -1,10 +1,11 @@
 //! One occluder: a grid and the transform of its object.
 
-use aogrid_grid_format::{ChannelRange, Encoding, GridSpec, TexelFormat};
+use aogrid_grid_format::{ChannelRange, Encoding, Grid, GridSpec};
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, Vec3};
 
 use crate::AOGRID_NO_OBJECT;
+use crate::grid_facts::GridFacts;
 
 /// An instance of an object: its transform and the receivers that it shades.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,9 +27,18 @@ pub struct Instance {
     /// Whether cones widen where the axes of neighboring cells disagree, as beside thin walls, also
     /// for a grid of [`Encoding::Cone`]. Those of [`Encoding::Moment`] always do. Costs nothing.
     pub soft_cones: bool,
+    /// The AO at which the far field ends, 0..=1: beyond its box the object occludes like a sphere
+    /// that fades with distance, up to where it would occlude a facing receiver less than this.
+    /// `Some(0.0)` ends the occlusion at the box, as in the papers. `None` leaves the choice to the
+    /// grid: [`Instance::FAR_FIELD`] for [`Encoding::Moment`], none for the papers' encodings. A
+    /// grid whose outer cells are all open, as after a boundary treatment, has no far field.
+    pub far_field: Option<f32>,
 }
 
 impl Instance {
+    /// The threshold of the far field for grids that have one by default.
+    pub const FAR_FIELD: f32 = 0.035;
+
     /// An instance of full strength that shades every receiver.
     pub fn at(world_from_object: [[f32; 4]; 4]) -> Self {
         Self {
@@ -38,6 +48,7 @@ impl Instance {
             object_id: AOGRID_NO_OBJECT,
             excluded: [AOGRID_NO_OBJECT; 4],
             soft_cones: false,
+            far_field: None,
         }
     }
 }
@@ -58,9 +69,12 @@ pub enum InstanceError {
     /// The strength is outside 0..=1.
     #[error("strength {0} is not in 0..=1")]
     Strength(f32),
+    /// The threshold of the far field is outside 0..=1.
+    #[error("the far field's threshold {0} is not in 0..=1")]
+    FarField(f32),
 }
 
-/// The shader data of an occluder: the struct of the same name in the WGSL library, 144 bytes, for
+/// The shader data of an occluder: the struct of the same name in the WGSL library, 176 bytes, for
 /// a uniform or storage buffer.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -85,31 +99,47 @@ pub struct AogridOccluder {
     pub layers: u32,
     /// 0..=1.
     pub strength: f32,
-    /// 1 − strength.
-    pub one_minus_strength: f32,
-    /// 1 if the grid stores √a, 0 if it stores a.
-    pub stores_root: f32,
     /// The length that axes have at least: 0 for soft cones, 1 for hard ones.
     pub min_axis_length: f32,
-    /// Padding.
-    pub unused: [f32; 2],
+    /// The factors of a position relative to the box's center, in \[−½,½\]³, that reach 1 where the
+    /// occluder's effect ends.
+    pub per_extent: [f32; 3],
+    /// The distance from the center at which the effect ends, in half-extents of the hull of the
+    /// outer cells' centers; 1 without a far field, where it ends at the box.
+    pub reach: f32,
+    /// The box's center in world space.
+    pub center: [f32; 3],
+    /// 1 if the grid stores √a, 0 if it stores a.
+    pub stores_root: f32,
+    /// The number of cells along each axis.
+    pub cells: [f32; 3],
+    /// The distance along its normal, in cells, at which a receiver on the occluder itself looks up
+    /// the grid.
+    pub self_offset: f32,
 }
 
 impl AogridOccluder {
-    /// Builds an occluder from a grid's specification, encoding and texel format, and an instance.
+    /// Builds an occluder from a grid and an instance. It searches the grid's outer cells, so that
+    /// [`GridTexture::occluder`](crate::GridTexture::occluder) is faster each frame.
     ///
     /// # Errors
     ///
-    /// If the transform is not affine, finite and invertible, or the strength is outside 0..=1.
-    pub fn new(
-        spec: &GridSpec,
-        encoding: Encoding,
-        format: TexelFormat,
-        instance: &Instance,
-    ) -> Result<Self, InstanceError> {
-        let is_moment = encoding == Encoding::Moment;
+    /// If the transform is not affine, finite and invertible, or the strength or the threshold of
+    /// the far field is outside 0..=1.
+    pub fn new(grid: &Grid, instance: &Instance) -> Result<Self, InstanceError> {
+        Self::of(&GridFacts::of(grid), instance)
+    }
+
+    pub(crate) fn of(facts: &GridFacts, instance: &Instance) -> Result<Self, InstanceError> {
+        let GridFacts { spec, format, .. } = facts;
+        let is_moment = facts.encoding == Encoding::Moment;
         let flag = |yes: bool| f32::from(u8::from(yes));
         let world_from_object = validated_transform(instance)?;
+        let center = Vec3::from(spec.center()).as_dvec3();
+        let center = world_from_object.transform_point3(center).as_vec3();
+        if !center.is_finite() {
+            return Err(InstanceError::NotFinite);
+        }
         let grid_from_world = (world_from_object * object_from_grid(spec)).inverse();
         let [scale, offset] = format.decoding(ChannelRange::Signed);
         let [grid_x, grid_y, grid_z] = rows(grid_from_world)?;
@@ -125,20 +155,50 @@ impl AogridOccluder {
             object_id: instance.object_id,
             layers: instance.layers,
             strength: instance.strength,
-            one_minus_strength: 1.0 - instance.strength,
-            stores_root: flag(is_moment),
             min_axis_length: flag(!(is_moment || instance.soft_cones)),
-            unused: [0.0; 2],
+            per_extent: (2.0 / growth(facts, instance)).as_vec3().to_array(),
+            reach: reach(facts, instance).unwrap_or(1.0) as f32,
+            center: center.to_array(),
+            stores_root: flag(is_moment),
+            cells: spec.resolution().map(|n| n as f32),
+            self_offset: facts.self_offset,
         })
     }
 }
 
-/// The map from \[0,1\]³ to the clip-space box that a raster pass draws, in columns. The box is
-/// slightly enlarged, and mirrored if the instance is a reflection, so that its faces always have
+/// The distance from the box's center at which an occluder's far field ends, in half-extents of the
+/// hull of the outer cells' centers; none without a far field.
+fn reach(facts: &GridFacts, instance: &Instance) -> Option<f64> {
+    /// The shortest reach. The far field fades over its last quarter, which must not begin within
+    /// the hull.
+    const MIN_REACH: f64 = 4.0 / 3.0;
+    let by_default = match facts.encoding {
+        Encoding::Moment => Instance::FAR_FIELD,
+        Encoding::Cone | Encoding::Occlusion => 0.0,
+    };
+    let threshold = f64::from(instance.far_field.unwrap_or(by_default));
+    // The AO of a facing receiver at the hull, sin²α, which falls with the distance squared.
+    let a = f64::from(facts.border_fraction).min(0.5);
+    let at_hull = 4.0 * a * (1.0 - a);
+    let has_far_field = threshold > 0.0 && at_hull > 0.0;
+    has_far_field.then(|| (at_hull / threshold).sqrt().max(MIN_REACH))
+}
+
+/// The size of the box in which an occluder has an effect, relative to its grid's box.
+fn growth(facts: &GridFacts, instance: &Instance) -> DVec3 {
+    let cells = glam::UVec3::from(facts.spec.resolution()).as_dvec3();
+    match reach(facts, instance) {
+        Some(reach) => reach * (cells - 1.0) / cells,
+        None => DVec3::ONE,
+    }
+}
+
+/// The map from \[0,1\]³ to the clip-space box that a raster pass draws, in columns: the box in which
+/// the occluder has an effect. It is slightly enlarged, and mirrored if the instance is a reflection, so that its faces always have
 /// the same winding.
 pub(crate) fn clip_from_box(
     clip_from_world: [[f32; 4]; 4],
-    spec: &GridSpec,
+    facts: &GridFacts,
     instance: &Instance,
 ) -> Result<[[f32; 4]; 4], InstanceError> {
     /// The factor that enlarges the box, so that every pixel whose receiver is inside is covered
@@ -146,12 +206,13 @@ pub(crate) fn clip_from_box(
     const GROWTH: f64 = 1.001;
     let world_from_object = validated_transform(instance)?;
     let mirrored = world_from_object.determinant() < 0.0;
-    let size = DVec3::new(if mirrored { -GROWTH } else { GROWTH }, GROWTH, GROWTH);
+    let mut size = GROWTH * growth(facts, instance);
+    size.x = if mirrored { -size.x } else { size.x };
     let grow = DMat4::from_translation(DVec3::splat(0.5))
         * DMat4::from_scale(size)
         * DMat4::from_translation(DVec3::splat(-0.5));
     let clip_from_world = dmat4(clip_from_world);
-    let clip_from_box = clip_from_world * world_from_object * object_from_grid(spec) * grow;
+    let clip_from_box = clip_from_world * world_from_object * object_from_grid(&facts.spec) * grow;
     finite(clip_from_box).map(|m| m.as_mat4().to_cols_array_2d())
 }
 
@@ -175,6 +236,10 @@ fn validated_transform(instance: &Instance) -> Result<DMat4, InstanceError> {
     }
     if !(0.0..=1.0).contains(&instance.strength) {
         return Err(InstanceError::Strength(instance.strength));
+    }
+    match instance.far_field {
+        Some(t) if !(0.0..=1.0).contains(&t) => return Err(InstanceError::FarField(t)),
+        _ => {}
     }
     Ok(m)
 }
@@ -215,16 +280,24 @@ fn dmat4(columns: [[f32; 4]; 4]) -> DMat4 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use aogrid_grid_format::TexelFormat;
     use glam::Mat4;
 
     const IDENTITY: [[f32; 4]; 4] = Mat4::IDENTITY.to_cols_array_2d();
 
-    fn spec() -> GridSpec {
-        GridSpec::new([8, 9, 10], [1.0, 2.0, 3.0], [0.5, 1.0, 2.0]).unwrap()
+    /// Returns the facts of a grid whose outer cells occlude up to a fraction.
+    fn facts(encoding: Encoding, border_fraction: f32) -> GridFacts {
+        GridFacts {
+            spec: GridSpec::new([8, 9, 10], [1.0, 2.0, 3.0], [0.5, 1.0, 2.0]).unwrap(),
+            encoding,
+            format: TexelFormat::Unorm8,
+            border_fraction,
+            self_offset: 0.0,
+        }
     }
 
     fn refusal(instance: Instance) -> InstanceError {
-        AogridOccluder::new(&spec(), Encoding::Cone, TexelFormat::F32, &instance).unwrap_err()
+        AogridOccluder::of(&facts(Encoding::Cone, 0.1), &instance).unwrap_err()
     }
 
     #[test]
@@ -248,20 +321,54 @@ mod tests {
             };
             assert!(matches!(refusal(instance), InstanceError::Strength(_)));
         }
+        for far_field in [-0.1, 1.5, f32::NAN] {
+            let instance = Instance {
+                far_field: Some(far_field),
+                ..Instance::at(IDENTITY)
+            };
+            assert!(matches!(refusal(instance), InstanceError::FarField(_)));
+        }
     }
 
     #[test]
     fn unorm8_directions_decode_as_the_format_says() {
         use crate::shading::aogrid_axis;
         let instance = Instance::at(IDENTITY);
-        let occluder =
-            AogridOccluder::new(&spec(), Encoding::Cone, TexelFormat::Unorm8, &instance).unwrap();
+        let occluder = AogridOccluder::of(&facts(Encoding::Cone, 0.1), &instance).unwrap();
         for (byte, expected) in [(1_u8, -1.0_f32), (128, 0.0), (255, 1.0)] {
             let t = f32::from(byte) / 255.0;
             let axis = aogrid_axis(&occluder, [t, 128.0 / 255.0, t]);
             // The combined map rounds at the magnitude of 1.
             assert!((axis[0] - expected).abs() < 2e-7 && axis[1].abs() < 2e-7);
             assert_eq!(axis[0], axis[2]);
+        }
+    }
+
+    #[test]
+    fn the_far_field_ends_where_a_facing_receiver_is_occluded_by_the_threshold() {
+        let reach = |encoding, border, far_field| {
+            let instance = Instance {
+                far_field,
+                ..Instance::at(IDENTITY)
+            };
+            let occluder = AogridOccluder::of(&facts(encoding, border), &instance).unwrap();
+            (occluder.reach, occluder.per_extent)
+        };
+        // sin²α of a tenth of the sphere is 0.36; a sphere's falls with the distance squared.
+        let (far, [x, ..]) = reach(Encoding::Moment, 0.1, Some(0.04));
+        assert!((far - 3.0).abs() < 1e-6 && (x - 2.0 / 3.0 * 8.0 / 7.0).abs() < 1e-6);
+        let default = reach(Encoding::Moment, 0.1, None).0;
+        assert!((default - (0.36 / Instance::FAR_FIELD).sqrt()).abs() < 1e-6);
+        // A border that occludes less than the threshold still fades out, over a third.
+        assert_eq!(reach(Encoding::Cone, 1e-4, Some(0.04)).0, 4.0 / 3.0);
+        // Half of the sphere and more count as half.
+        assert_eq!(reach(Encoding::Cone, 0.9, Some(0.04)).0, 5.0);
+        for (encoding, border, far_field) in [
+            (Encoding::Cone, 0.1, None),
+            (Encoding::Moment, 0.0, None),
+            (Encoding::Moment, 0.1, Some(0.0)),
+        ] {
+            assert_eq!(reach(encoding, border, far_field), (1.0, [2.0; 3]));
         }
     }
 }

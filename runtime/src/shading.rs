@@ -4,11 +4,17 @@
 //! to be read side by side with the WGSL. An `fma` there is a multiplication and an addition here:
 //! the difference is one rounding, far below the error of a texture filter.
 
+use crate::lookup::dot;
+pub use crate::lookup::{
+    AogridLookup, aogrid_distant_axis, aogrid_distant_fraction, aogrid_grid_position,
+    aogrid_inverse_length, aogrid_is_on_itself, aogrid_lookup, aogrid_lookup_on_itself, aogrid_row,
+    aogrid_shades,
+};
 use crate::wgsl::{
-    AOGRID_AXIS_EPSILON, AOGRID_CLIP_COS_OFFSET, AOGRID_CLIP_COS_SCALE,
-    AOGRID_CLIP_FRACTION_OFFSET, AOGRID_CLIP_FRACTION_SCALE, AOGRID_FRACTION_EPSILON,
-    AOGRID_MERGE_ANGLE_OFFSET, AOGRID_MERGE_ANGLE_SCALE, AOGRID_MERGE_FRACTION_OFFSET,
-    AOGRID_MERGE_FRACTION_SCALE, AOGRID_PI, AOGRID_RIM_EPSILON, AOGRID_TILE,
+    AOGRID_CLIP_COS_OFFSET, AOGRID_CLIP_COS_SCALE, AOGRID_CLIP_FRACTION_OFFSET,
+    AOGRID_CLIP_FRACTION_SCALE, AOGRID_FRACTION_EPSILON, AOGRID_MERGE_ANGLE_OFFSET,
+    AOGRID_MERGE_ANGLE_SCALE, AOGRID_MERGE_FRACTION_OFFSET, AOGRID_MERGE_FRACTION_SCALE, AOGRID_PI,
+    AOGRID_RIM_EPSILON, AOGRID_TILE,
 };
 use crate::{AogridAtlasOccluder, AogridOccluder, AogridTiles, CpuTexture};
 
@@ -37,8 +43,9 @@ impl AogridCone {
 
 // ---- One call per occluder --------------------------------------------------------------------
 
-/// The transmittance 1 − AO of a cone grid at a receiver in world space; 1 outside the grid's box.
-/// `normal` is the receiver's unit normal, `table` T_clip as transmittance (RR-5779, 5.1).
+/// The transmittance 1 − AO of a cone grid at a receiver in world space; 1 beyond the occluder's
+/// reach: its far field, or without one its grid's box. `normal` is the receiver's unit normal,
+/// `table` T_clip as transmittance (RR-5779, 5.1). The receiver belongs to another object.
 pub fn aogrid_cone(
     occluder: &AogridOccluder,
     grid: &CpuTexture,
@@ -46,9 +53,26 @@ pub fn aogrid_cone(
     position: [f32; 3],
     normal: [f32; 3],
 ) -> f32 {
-    let p_grid = aogrid_grid_position(occluder, position);
-    let t = aogrid_cone_at(occluder, grid, table, p_grid, normal);
-    if aogrid_is_inside(p_grid) { t } else { 1.0 }
+    let lookup = aogrid_lookup(occluder, position);
+    match lookup.is_reached {
+        true => aogrid_cone_at(occluder, grid, table, lookup, normal),
+        false => 1.0,
+    }
+}
+
+/// [`aogrid_cone`] for a receiver that belongs to the occluder itself.
+pub fn aogrid_cone_on_itself(
+    occluder: &AogridOccluder,
+    grid: &CpuTexture,
+    table: &CpuTexture,
+    position: [f32; 3],
+    normal: [f32; 3],
+) -> f32 {
+    let lookup = aogrid_lookup_on_itself(occluder, position, normal);
+    match lookup.is_reached {
+        true => aogrid_cone_at(occluder, grid, table, lookup, normal),
+        false => 1.0,
+    }
 }
 
 /// Merges a cone grid into `accumulated` (RR-5779, 5.2.2), for objects that overlap as seen from
@@ -64,16 +88,17 @@ pub fn aogrid_merge_cone(
     position: [f32; 3],
     normal: [f32; 3],
 ) -> [f32; 4] {
-    let p_grid = aogrid_grid_position(occluder, position);
-    if !aogrid_is_inside(p_grid) {
+    let lookup = aogrid_lookup(occluder, position);
+    if !lookup.is_reached {
         return accumulated;
     }
-    let contribution = aogrid_cone_with_axis_at(occluder, grid, clip, p_grid, normal);
+    let contribution = aogrid_cone_with_axis_at(occluder, grid, clip, lookup, normal);
     aogrid_merge(accumulated, contribution, overlaps)
 }
 
 /// [`aogrid_cone`] without the box test, for a grid whose outer cells are all open, as after either
-/// boundary treatment: the clamped sampler extends the open cells beyond the box.
+/// boundary treatment: the clamped sampler extends the open cells beyond the box. There is no far
+/// field then.
 pub fn aogrid_cone_faded(
     occluder: &AogridOccluder,
     grid: &CpuTexture,
@@ -81,22 +106,27 @@ pub fn aogrid_cone_faded(
     position: [f32; 3],
     normal: [f32; 3],
 ) -> f32 {
-    let p_grid = aogrid_grid_position(occluder, position);
-    aogrid_cone_at(occluder, grid, table, p_grid, normal)
+    let lookup = AogridLookup {
+        position: aogrid_grid_position(occluder, position),
+        is_reached: true,
+        outward: [0.0; 3],
+        remainder: 1.0,
+    };
+    aogrid_cone_at(occluder, grid, table, lookup, normal)
 }
 
 /// The transmittance of an occlusion-only grid, independent of the receiver's normal (RR-5779, 4);
-/// 1 outside the grid's box. `on_itself`: the receiver belongs to the occluder.
+/// 1 beyond the occluder's reach. `on_itself`: the receiver belongs to the occluder.
 pub fn aogrid_occlusion(
     occluder: &AogridOccluder,
     grid: &CpuTexture,
     position: [f32; 3],
     on_itself: bool,
 ) -> f32 {
-    let p_grid = aogrid_grid_position(occluder, position);
-    let a = grid.sample(p_grid)[0];
-    let t = aogrid_occlusion_transmittance(a, on_itself);
-    match aogrid_is_inside(p_grid) {
+    let lookup = aogrid_lookup(occluder, position);
+    let stored = grid.sample(lookup.position)[0];
+    let t = aogrid_occlusion_transmittance(aogrid_fraction(occluder, stored, lookup), on_itself);
+    match lookup.is_reached {
         true => aogrid_strengthen(occluder, t),
         false => 1.0,
     }
@@ -109,60 +139,43 @@ pub fn aogrid_occlusion_of_cone(
     position: [f32; 3],
     on_itself: bool,
 ) -> f32 {
-    let p_grid = aogrid_grid_position(occluder, position);
-    let a = aogrid_fraction(occluder, grid.sample(p_grid)[3]);
-    let t = aogrid_occlusion_transmittance(a, on_itself);
-    match aogrid_is_inside(p_grid) {
+    let lookup = aogrid_lookup(occluder, position);
+    let stored = grid.sample(lookup.position)[3];
+    let t = aogrid_occlusion_transmittance(aogrid_fraction(occluder, stored, lookup), on_itself);
+    match lookup.is_reached {
         true => aogrid_strengthen(occluder, t),
         false => 1.0,
     }
 }
 
-/// Whether the occluder shades a receiver with this id and these layers.
-pub fn aogrid_shades(occluder: &AogridOccluder, object_id: u32, layers: u32) -> bool {
-    occluder.layers & layers != 0 && occluder.excluded.iter().all(|&id| id != object_id)
-}
-
 // ---- Building blocks ---------------------------------------------------------------------------
 
-/// Applies a row of an affine map to a point.
-pub fn aogrid_row(row: [f32; 4], v: [f32; 3]) -> f32 {
-    row[0] * v[0] + (row[1] * v[1] + (row[2] * v[2] + row[3]))
-}
-
-/// The position of a world-space point in the grid's box, \[0,1\]³.
-pub fn aogrid_grid_position(occluder: &AogridOccluder, position: [f32; 3]) -> [f32; 3] {
-    [
-        aogrid_row(occluder.grid_x, position),
-        aogrid_row(occluder.grid_y, position),
-        aogrid_row(occluder.grid_z, position),
-    ]
-}
-
-/// Whether a position lies in the grid's box; false for NaN.
-pub fn aogrid_is_inside(p_grid: [f32; 3]) -> bool {
-    p_grid.iter().all(|p| (p - 0.5).abs() <= 0.5)
-}
-
-/// The transmittance of a cone grid at a position in its box.
+/// The transmittance of a cone grid at a look-up within reach.
 pub fn aogrid_cone_at(
     occluder: &AogridOccluder,
     grid: &CpuTexture,
     table: &CpuTexture,
-    p_grid: [f32; 3],
+    lookup: AogridLookup,
     normal: [f32; 3],
 ) -> f32 {
-    let cone = aogrid_cone_of(occluder, grid.sample(p_grid));
+    let cone = aogrid_cone_of(occluder, grid.sample(lookup.position), lookup);
     let t = aogrid_clip_transmittance(table, cone.fraction, dot(cone.axis, normal));
     cone.density * occluder.strength * (t - 1.0) + 1.0
 }
 
-/// The cone of a grid's texel. The axis of interpolated cells is shorter than 1 where theirs
+/// The cone of a grid's texel at a look-up. The axis of interpolated cells is shorter than 1 where theirs
 /// disagree: the cone then widens and thins so that it keeps both moments of the occluded
 /// directions, their fraction and their mean.
-pub fn aogrid_cone_of(occluder: &AogridOccluder, [r, g, b, alpha]: [f32; 4]) -> AogridCone {
-    let axis = aogrid_axis(occluder, [r, g, b]);
-    let a = aogrid_fraction(occluder, alpha);
+pub fn aogrid_cone_of(
+    occluder: &AogridOccluder,
+    [r, g, b, alpha]: [f32; 4],
+    lookup: AogridLookup,
+) -> AogridCone {
+    let mut axis = aogrid_axis(occluder, [r, g, b]);
+    if lookup.remainder < 1.0 {
+        axis = aogrid_distant_axis(axis, lookup.outward);
+    }
+    let a = aogrid_fraction(occluder, alpha, lookup);
     let per_length = aogrid_inverse_length(axis);
     let length = (dot(axis, axis) * per_length).clamp(occluder.min_axis_length, 1.0);
     let widened = ((a - 1.0) * length + 1.0).max(a);
@@ -173,9 +186,13 @@ pub fn aogrid_cone_of(occluder: &AogridOccluder, [r, g, b, alpha]: [f32; 4]) -> 
     }
 }
 
-/// The occluded fraction of the sphere from a texel's alpha.
-pub fn aogrid_fraction(occluder: &AogridOccluder, alpha: f32) -> f32 {
-    alpha * (occluder.stores_root * (alpha - 1.0) + 1.0)
+/// The occluded fraction of the sphere from a texel's alpha at a look-up.
+pub fn aogrid_fraction(occluder: &AogridOccluder, alpha: f32, lookup: AogridLookup) -> f32 {
+    let a = alpha * (occluder.stores_root * (alpha - 1.0) + 1.0);
+    match lookup.remainder < 1.0 {
+        true => aogrid_distant_fraction(a, lookup.remainder),
+        false => a,
+    }
 }
 
 /// The cone's axis in world space, not normalized, from a texel's rgb.
@@ -190,11 +207,6 @@ pub fn aogrid_axis(occluder: &AogridOccluder, rgb: [f32; 3]) -> [f32; 3] {
 /// The cosine of the angle between an axis of any length and a unit normal; 0 without an axis.
 pub fn aogrid_cos_beta(axis: [f32; 3], normal: [f32; 3]) -> f32 {
     dot(axis, normal) * aogrid_inverse_length(axis)
-}
-
-/// 1 / |axis|, bounded for axes below the length that counts as no axis.
-pub fn aogrid_inverse_length(axis: [f32; 3]) -> f32 {
-    1.0 / dot(axis, axis).max(AOGRID_AXIS_EPSILON).sqrt()
 }
 
 /// 1 − AO from the occlusion fraction alone: AO = 2a on other surfaces, and 2a − 1 on the
@@ -255,10 +267,10 @@ pub fn aogrid_cone_with_axis_at(
     occluder: &AogridOccluder,
     grid: &CpuTexture,
     table: &CpuTexture,
-    p_grid: [f32; 3],
+    lookup: AogridLookup,
     normal: [f32; 3],
 ) -> [f32; 4] {
-    let cone = aogrid_cone_of(occluder, grid.sample(p_grid));
+    let cone = aogrid_cone_of(occluder, grid.sample(lookup.position), lookup);
     let clipped = aogrid_clip(table, cone.fraction, dot(cone.axis, normal));
     let occlusion = clipped[0] * cone.density * occluder.strength;
     let towards = aogrid_clipped_axis(cone.axis, normal, clipped[2]);
@@ -268,7 +280,7 @@ pub fn aogrid_cone_with_axis_at(
 
 /// Applies the occluder's strength to a transmittance: 1 − strength · AO.
 pub fn aogrid_strengthen(occluder: &AogridOccluder, transmittance: f32) -> f32 {
-    transmittance * occluder.strength + occluder.one_minus_strength
+    (transmittance - 1.0) * occluder.strength + 1.0
 }
 
 // ---- Several occluders --------------------------------------------------------------------------
@@ -310,14 +322,15 @@ pub fn aogrid_merge_coordinate(accumulated: [f32; 4], contribution: [f32; 4]) ->
 
 // ---- Occluders in tiles ------------------------------------------------------------------------
 
-/// The atlas coordinates of a position in the grid's box. They stay between the centers of the
-/// grid's outer cells, so that linear filtering never reaches a neighboring grid.
-pub fn aogrid_atlas_position(occluder: &AogridAtlasOccluder, p_grid: [f32; 3]) -> [f32; 3] {
-    std::array::from_fn(|x| {
+/// A look-up with its position in the atlas. It stays between the centers of the grid's outer
+/// cells, so that linear filtering never reaches a neighboring grid.
+pub fn aogrid_atlas_lookup(occluder: &AogridAtlasOccluder, lookup: AogridLookup) -> AogridLookup {
+    let position = std::array::from_fn(|x| {
         let half_cell = occluder.half_cell[x];
-        let own = p_grid[x].clamp(half_cell, 1.0 - half_cell);
+        let own = lookup.position[x].clamp(half_cell, 1.0 - half_cell);
         own * occluder.atlas_scale[x] + occluder.atlas_offset[x]
-    })
+    });
+    AogridLookup { position, ..lookup }
 }
 
 /// The index of the first word of a list of the tile that contains a pixel. `list`:
@@ -352,8 +365,4 @@ pub fn aogrid_world_position(
             .sum()
     });
     [p[0] / p[3], p[1] / p[3], p[2] / p[3]]
-}
-
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + (a[1] * b[1] + a[2] * b[2])
 }

@@ -1,7 +1,7 @@
 // aogrid: shading with baked ambient-occlusion grids (Malmer et al., INRIA RR-5779).
 //
 // Pure functions, all named aogrid_*: no bindings, no entry points, no directives. Paste this
-// file behind the constants, or import it, and call one of
+// file behind the constants and `lookup.wgsl`, or import it, and call one of
 //
 //     aogrid_cone, aogrid_cone_faded, aogrid_occlusion, aogrid_occlusion_of_cone
 //
@@ -9,35 +9,6 @@
 // light, and only ambient light, by the product. Or merge cones with aogrid_merge_cone. Textures
 // are sampled with a linear, clamped sampler. The CPU twin, `shading.rs`, has the same functions
 // under the same names.
-
-/// One occluder, in a uniform or storage buffer: 144 bytes. Rust: `AogridOccluder::new`.
-struct AogridOccluder {
-    /// The rows of grid_from_world, which maps world positions to [0,1]^3 of the grid's box.
-    grid_x: vec4f,
-    grid_y: vec4f,
-    grid_z: vec4f,
-    /// The rows of the map from a texel's rgb to the cone's axis in world space, towards the
-    /// occluder. The map includes the decoding of the direction and about keeps the stored axis's
-    /// length.
-    axis_x: vec4f,
-    axis_y: vec4f,
-    axis_z: vec4f,
-    /// The ids of receivers that it does not shade; AOGRID_NO_OBJECT in unused slots.
-    excluded: vec4u,
-    /// Its own id, for occlusion-only shading; AOGRID_NO_OBJECT if it has none.
-    object_id: u32,
-    /// A mask: the occluder shades receivers that share a bit with it.
-    layers: u32,
-    /// The strength of the occlusion: 0 for none, 1 as baked.
-    strength: f32,
-    /// 1 - strength.
-    one_minus_strength: f32,
-    /// 1 if the grid stores the root of a, 0 if it stores a.
-    stores_root: f32,
-    /// The length that axes have at least: 0 for soft cones, 1 for hard ones.
-    min_axis_length: f32,
-    unused: vec2f,
-}
 
 /// A cone of directions that covers a fraction of the sphere, and of which a uniform share, the
 /// density, is occluded.
@@ -48,7 +19,7 @@ struct AogridCone {
     density: f32,
 }
 
-/// An occluder whose grid is a region of an atlas, in a storage buffer: 208 bytes. Rust:
+/// An occluder whose grid is a region of an atlas, in a storage buffer: 240 bytes. Rust:
 /// `AogridAtlasOccluder`.
 struct AogridAtlasOccluder {
     occluder: AogridOccluder,
@@ -57,7 +28,7 @@ struct AogridAtlasOccluder {
     /// Atlas coordinates are scale * position + offset.
     atlas_scale: vec4f,
     atlas_offset: vec4f,
-    /// The pixels that its box covers: minimum x and y, maximum x and y.
+    /// The pixels that its reach covers: minimum x and y, maximum x and y.
     pixels: vec4f,
 }
 
@@ -72,13 +43,22 @@ struct AogridTiles {
 
 // ---- One call per occluder --------------------------------------------------------------------
 
-/// The transmittance of a cone grid at a receiver in world space; 1 outside the grid's box.
-/// `normal` is the receiver's unit normal, `table` T_clip as transmittance (RR-5779, 5.1).
+/// The transmittance of a cone grid at a receiver in world space; 1 beyond the occluder's reach: its
+/// far field, or without one its grid's box. `normal` is the receiver's unit normal, `table` T_clip
+/// as transmittance (RR-5779, 5.1). The receiver belongs to another object.
 fn aogrid_cone(occluder: AogridOccluder, grid: texture_3d<f32>, table: texture_2d<f32>,
                linear_clamp: sampler, position: vec3f, normal: vec3f) -> f32 {
-    let p_grid = aogrid_grid_position(occluder, position);
-    let t = aogrid_cone_at(occluder, grid, table, linear_clamp, p_grid, normal);
-    return select(1.0, t, aogrid_is_inside(p_grid));
+    let lookup = aogrid_lookup(occluder, position);
+    let t = aogrid_cone_at(occluder, grid, table, linear_clamp, lookup, normal);
+    return select(1.0, t, lookup.is_reached);
+}
+
+/// `aogrid_cone` for a receiver that belongs to the occluder itself.
+fn aogrid_cone_on_itself(occluder: AogridOccluder, grid: texture_3d<f32>, table: texture_2d<f32>,
+                         linear_clamp: sampler, position: vec3f, normal: vec3f) -> f32 {
+    let lookup = aogrid_lookup_on_itself(occluder, position, normal);
+    let t = aogrid_cone_at(occluder, grid, table, linear_clamp, lookup, normal);
+    return select(1.0, t, lookup.is_reached);
 }
 
 /// Merges a cone grid into `accumulated` (RR-5779, 5.2.2), for objects that overlap as seen from
@@ -88,91 +68,76 @@ fn aogrid_cone(occluder: AogridOccluder, grid: texture_3d<f32>, table: texture_2
 fn aogrid_merge_cone(accumulated: vec4f, occluder: AogridOccluder, grid: texture_3d<f32>,
                      clip: texture_2d<f32>, overlaps: texture_3d<f32>, linear_clamp: sampler,
                      position: vec3f, normal: vec3f) -> vec4f {
-    let p_grid = aogrid_grid_position(occluder, position);
-    if !aogrid_is_inside(p_grid) {
+    let lookup = aogrid_lookup(occluder, position);
+    if !lookup.is_reached {
         return accumulated;
     }
-    let contribution = aogrid_cone_with_axis_at(occluder, grid, clip, linear_clamp, p_grid, normal);
+    let contribution = aogrid_cone_with_axis_at(occluder, grid, clip, linear_clamp, lookup, normal);
     return aogrid_merge(accumulated, contribution, overlaps, linear_clamp);
 }
 
 /// `aogrid_cone` without the box test, for a grid whose outer cells are all open, as after either
-/// boundary treatment: the clamped sampler extends the open cells beyond the box.
+/// boundary treatment: the clamped sampler extends the open cells beyond the box. There is no far
+/// field then.
 fn aogrid_cone_faded(occluder: AogridOccluder, grid: texture_3d<f32>, table: texture_2d<f32>,
                      linear_clamp: sampler, position: vec3f, normal: vec3f) -> f32 {
     let p_grid = aogrid_grid_position(occluder, position);
-    return aogrid_cone_at(occluder, grid, table, linear_clamp, p_grid, normal);
+    let lookup = AogridLookup(p_grid, true, vec3f(), 1.0);
+    return aogrid_cone_at(occluder, grid, table, linear_clamp, lookup, normal);
 }
 
 /// The transmittance of an occlusion-only grid, independent of the receiver's normal (RR-5779, 4);
-/// 1 outside the grid's box. `on_itself`: the receiver belongs to the occluder.
+/// 1 beyond the occluder's reach. `on_itself`: the receiver belongs to the occluder.
 fn aogrid_occlusion(occluder: AogridOccluder, grid: texture_3d<f32>, linear_clamp: sampler,
                     position: vec3f, on_itself: bool) -> f32 {
-    let p_grid = aogrid_grid_position(occluder, position);
-    let a = textureSampleLevel(grid, linear_clamp, p_grid, 0.0).r;
-    let t = aogrid_occlusion_transmittance(a, on_itself);
-    return select(1.0, aogrid_strengthen(occluder, t), aogrid_is_inside(p_grid));
+    let lookup = aogrid_lookup(occluder, position);
+    let stored = textureSampleLevel(grid, linear_clamp, lookup.position, 0.0).r;
+    let t = aogrid_occlusion_transmittance(aogrid_fraction(occluder, stored, lookup), on_itself);
+    return select(1.0, aogrid_strengthen(occluder, t), lookup.is_reached);
 }
 
 /// `aogrid_occlusion` for a grid that holds cones.
 fn aogrid_occlusion_of_cone(occluder: AogridOccluder, grid: texture_3d<f32>,
                             linear_clamp: sampler, position: vec3f, on_itself: bool) -> f32 {
-    let p_grid = aogrid_grid_position(occluder, position);
-    let stored = textureSampleLevel(grid, linear_clamp, p_grid, 0.0).a;
-    let t = aogrid_occlusion_transmittance(aogrid_fraction(occluder, stored), on_itself);
-    return select(1.0, aogrid_strengthen(occluder, t), aogrid_is_inside(p_grid));
-}
-
-/// Whether the occluder shades a receiver with this id and these layers.
-fn aogrid_shades(occluder: AogridOccluder, object_id: u32, layers: u32) -> bool {
-    return (occluder.layers & layers) != 0u && all(occluder.excluded != vec4u(object_id));
+    let lookup = aogrid_lookup(occluder, position);
+    let stored = textureSampleLevel(grid, linear_clamp, lookup.position, 0.0).a;
+    let t = aogrid_occlusion_transmittance(aogrid_fraction(occluder, stored, lookup), on_itself);
+    return select(1.0, aogrid_strengthen(occluder, t), lookup.is_reached);
 }
 
 // ---- Building blocks ---------------------------------------------------------------------------
 
-/// Applies a row of an affine map to a point: three fused multiply-adds.
-fn aogrid_row(row: vec4f, v: vec3f) -> f32 {
-    return fma(row.x, v.x, fma(row.y, v.y, fma(row.z, v.z, row.w)));
-}
-
-/// The position of a world-space point in the grid's box, [0,1]^3.
-fn aogrid_grid_position(occluder: AogridOccluder, position: vec3f) -> vec3f {
-    return vec3f(
-        aogrid_row(occluder.grid_x, position),
-        aogrid_row(occluder.grid_y, position),
-        aogrid_row(occluder.grid_z, position),
-    );
-}
-
-/// Whether a position lies in the grid's box; false for NaN.
-fn aogrid_is_inside(p_grid: vec3f) -> bool {
-    let off_center = abs(p_grid - 0.5);
-    return max(max(off_center.x, off_center.y), off_center.z) <= 0.5;
-}
-
-/// The transmittance of a cone grid at a position in its box.
+/// The transmittance of a cone grid at a look-up within reach.
 fn aogrid_cone_at(occluder: AogridOccluder, grid: texture_3d<f32>, table: texture_2d<f32>,
-                  linear_clamp: sampler, p_grid: vec3f, normal: vec3f) -> f32 {
-    let cone = aogrid_cone_of(occluder, textureSampleLevel(grid, linear_clamp, p_grid, 0.0));
+                  linear_clamp: sampler, lookup: AogridLookup, normal: vec3f) -> f32 {
+    let texel = textureSampleLevel(grid, linear_clamp, lookup.position, 0.0);
+    let cone = aogrid_cone_of(occluder, texel, lookup);
     let t = aogrid_clip_transmittance(table, linear_clamp, cone.fraction, dot(cone.axis, normal));
     return fma(cone.density * occluder.strength, t - 1.0, 1.0);
 }
 
-/// The cone of a grid's texel. The axis of interpolated cells is shorter than 1 where theirs
+/// The cone of a grid's texel at a look-up. The axis of interpolated cells is shorter than 1 where theirs
 /// disagree: the cone then widens and thins so that it keeps both moments of the occluded
 /// directions, their fraction and their mean.
-fn aogrid_cone_of(occluder: AogridOccluder, texel: vec4f) -> AogridCone {
-    let axis = aogrid_axis(occluder, texel.rgb);
-    let a = aogrid_fraction(occluder, texel.a);
+fn aogrid_cone_of(occluder: AogridOccluder, texel: vec4f, lookup: AogridLookup) -> AogridCone {
+    var axis = aogrid_axis(occluder, texel.rgb);
+    if lookup.remainder < 1.0 {
+        axis = aogrid_distant_axis(axis, lookup.outward);
+    }
+    let a = aogrid_fraction(occluder, texel.a, lookup);
     let per_length = aogrid_inverse_length(axis);
     let length = clamp(dot(axis, axis) * per_length, occluder.min_axis_length, 1.0);
     let widened = max(fma(a - 1.0, length, 1.0), a);
     return AogridCone(axis * per_length, widened, a / max(widened, AOGRID_FRACTION_EPSILON));
 }
 
-/// The occluded fraction of the sphere from a texel's alpha.
-fn aogrid_fraction(occluder: AogridOccluder, alpha: f32) -> f32 {
-    return alpha * fma(occluder.stores_root, alpha - 1.0, 1.0);
+/// The occluded fraction of the sphere from a texel's alpha at a look-up.
+fn aogrid_fraction(occluder: AogridOccluder, alpha: f32, lookup: AogridLookup) -> f32 {
+    let a = alpha * fma(occluder.stores_root, alpha - 1.0, 1.0);
+    if lookup.remainder < 1.0 {
+        return aogrid_distant_fraction(a, lookup.remainder);
+    }
+    return a;
 }
 
 /// The cone's axis in world space, not normalized, from a texel's rgb.
@@ -188,12 +153,6 @@ fn aogrid_axis(occluder: AogridOccluder, rgb: vec3f) -> vec3f {
 fn aogrid_cos_beta(axis: vec3f, normal: vec3f) -> f32 {
     let along = fma(axis.x, normal.x, fma(axis.y, normal.y, axis.z * normal.z));
     return along * aogrid_inverse_length(axis);
-}
-
-/// 1 / |axis|, bounded for axes below the length that counts as no axis.
-fn aogrid_inverse_length(axis: vec3f) -> f32 {
-    let square = fma(axis.x, axis.x, fma(axis.y, axis.y, axis.z * axis.z));
-    return inverseSqrt(max(square, AOGRID_AXIS_EPSILON));
 }
 
 /// 1 - AO from the occlusion fraction alone: AO = 2a on other surfaces, and 2a - 1 on the
@@ -247,9 +206,10 @@ fn aogrid_clipped_axis(axis: vec3f, normal: vec3f, axis_weight: f32) -> vec3f {
 /// included, from T_clip with all channels (RR-5779, 5.2.1). The product of all w is the
 /// transmittance; the normalized sum of all xyz is the axis of the occluded directions.
 fn aogrid_cone_with_axis_at(occluder: AogridOccluder, grid: texture_3d<f32>,
-                            table: texture_2d<f32>, linear_clamp: sampler, p_grid: vec3f,
-                            normal: vec3f) -> vec4f {
-    let cone = aogrid_cone_of(occluder, textureSampleLevel(grid, linear_clamp, p_grid, 0.0));
+                            table: texture_2d<f32>, linear_clamp: sampler,
+                            lookup: AogridLookup, normal: vec3f) -> vec4f {
+    let texel = textureSampleLevel(grid, linear_clamp, lookup.position, 0.0);
+    let cone = aogrid_cone_of(occluder, texel, lookup);
     let clipped = aogrid_clip(table, linear_clamp, cone.fraction, dot(cone.axis, normal));
     let occlusion = clipped.x * cone.density * occluder.strength;
     let towards = aogrid_clipped_axis(cone.axis, normal, clipped.z);
@@ -258,7 +218,7 @@ fn aogrid_cone_with_axis_at(occluder: AogridOccluder, grid: texture_3d<f32>,
 
 /// Applies the occluder's strength to a transmittance: 1 - strength * AO.
 fn aogrid_strengthen(occluder: AogridOccluder, transmittance: f32) -> f32 {
-    return fma(transmittance, occluder.strength, occluder.one_minus_strength);
+    return fma(transmittance - 1.0, occluder.strength, 1.0);
 }
 
 // ---- Several occluders --------------------------------------------------------------------------
@@ -296,12 +256,13 @@ fn aogrid_merge_coordinate(accumulated: vec4f, contribution: vec4f) -> vec3f {
 
 // ---- Occluders in tiles ------------------------------------------------------------------------
 
-/// The atlas coordinates of a position in the grid's box. They stay between the centers of the
-/// grid's outer cells, so that linear filtering never reaches a neighboring grid.
-fn aogrid_atlas_position(occluder: AogridAtlasOccluder, p_grid: vec3f) -> vec3f {
+/// A look-up with its position in the atlas. It stays between the centers of the grid's outer
+/// cells, so that linear filtering never reaches a neighboring grid.
+fn aogrid_atlas_lookup(occluder: AogridAtlasOccluder, lookup: AogridLookup) -> AogridLookup {
     let half_cell = occluder.half_cell.xyz;
-    let own = clamp(p_grid, half_cell, 1.0 - half_cell);
-    return fma(own, occluder.atlas_scale.xyz, occluder.atlas_offset.xyz);
+    let own = clamp(lookup.position, half_cell, 1.0 - half_cell);
+    let position = fma(own, occluder.atlas_scale.xyz, occluder.atlas_offset.xyz);
+    return AogridLookup(position, lookup.is_reached, lookup.outward, lookup.remainder);
 }
 
 /// The index of the first word of a list of the tile that contains a pixel. `list`:

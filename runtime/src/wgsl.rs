@@ -6,10 +6,21 @@ use aogrid_tables::{ClipTable, MergeTable};
 
 use crate::EnvironmentMap;
 
+/// The files of the shading library, for `concat!`.
+macro_rules! shading {
+    () => {
+        concat!(
+            include_str!("constants.wgsl"),
+            include_str!("lookup.wgsl"),
+            include_str!("shading.wgsl")
+        )
+    };
+}
+
 /// The shading library: constants, then functions. Paste it in front of your own shader. It holds
-/// pure functions and three structs, all with the prefix `aogrid`, and no bindings, entry points or
+/// pure functions and structs, all with the prefix `aogrid`, and no bindings, entry points or
 /// directives, so that it can also be imported.
-pub const SHADING: &str = concat!(include_str!("constants.wgsl"), include_str!("shading.wgsl"));
+pub const SHADING: &str = shading!();
 
 /// The environment-light library: paste it behind [`SHADING`]. It holds pure functions and two
 /// structs, with the same prefix.
@@ -18,8 +29,7 @@ pub const ENVIRONMENT: &str = include_str!("environment.wgsl");
 /// The source of the raster pass, for reading and for measuring, as
 /// [`OcclusionPass`](crate::OcclusionPass) compiles it.
 pub const OCCLUSION_PASS: &str = concat!(
-    include_str!("constants.wgsl"),
-    include_str!("shading.wgsl"),
+    shading!(),
     include_str!("gbuffer/gbuffer.wgsl"),
     include_str!("boxes/boxes.wgsl"),
     include_str!("occlusion_pass/occlusion_pass.wgsl")
@@ -27,8 +37,7 @@ pub const OCCLUSION_PASS: &str = concat!(
 
 /// The source of the merging raster pass, as [`MergePass`](crate::MergePass) compiles it.
 pub const MERGE_PASS: &str = concat!(
-    include_str!("constants.wgsl"),
-    include_str!("shading.wgsl"),
+    shading!(),
     include_str!("gbuffer/gbuffer.wgsl"),
     include_str!("boxes/boxes.wgsl"),
     include_str!("merge_pass/merge_pass.wgsl")
@@ -61,8 +70,7 @@ pub fn tile_lists(group: u32) -> String {
 /// The source of the environment pass, for reading and for measuring, as
 /// [`EnvironmentPass`](crate::EnvironmentPass) compiles it.
 pub const ENVIRONMENT_PASS: &str = concat!(
-    include_str!("constants.wgsl"),
-    include_str!("shading.wgsl"),
+    shading!(),
     include_str!("environment.wgsl"),
     include_str!("environment_pass/environment_pass.wgsl")
 );
@@ -87,6 +95,9 @@ pub const AOGRID_LIST_ALL_DEPTHS: u32 = 1;
 /// shorter than an 8-bit step, 1/127, carries no direction; decoding rounds by 1e-7; the threshold
 /// length is 1e-4.
 pub(crate) const AOGRID_AXIS_EPSILON: f32 = 1e-8;
+
+/// The lower bound of a squared length in any unit that is a divisor.
+pub(crate) const AOGRID_SQUARE_EPSILON: f32 = 1e-30;
 
 /// The lower bound of the radicand in the closed form of T_clip, which keeps it finite. Its root,
 /// 1e-6, is below the single-precision rounding of the angles that it enters.
@@ -169,6 +180,10 @@ pub fn constants() -> String {
     group(
         "The squared length below which an axis is rounding noise and counts as no axis.",
         floats!(AOGRID_AXIS_EPSILON),
+    );
+    group(
+        "The lower bound of a squared length in any unit that is a divisor.",
+        floats!(AOGRID_SQUARE_EPSILON),
     );
     group(
         "Keeps the closed form of T_clip finite where the tangent plane touches the cone's rim.",

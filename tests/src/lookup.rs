@@ -1,9 +1,7 @@
 //! Look-ups in a grid with the runtime's CPU twin of its shader library.
 
 use aogrid_grid_format::{Grid, GridSpec};
-use aogrid_runtime::shading::{
-    aogrid_cone, aogrid_grid_position, aogrid_is_inside, aogrid_occlusion_of_cone,
-};
+use aogrid_runtime::shading::{aogrid_cone, aogrid_grid_position, aogrid_occlusion_of_cone};
 use aogrid_runtime::{AogridOccluder, CpuTexture, Instance};
 
 /// A cone grid with the uniform and textures for shading.
@@ -22,7 +20,7 @@ impl Shaded {
     ///
     /// If the instance is invalid.
     pub fn new(grid: &Grid, instance: &Instance) -> Self {
-        let occluder = AogridOccluder::new(grid.spec(), grid.encoding(), grid.format(), instance);
+        let occluder = AogridOccluder::new(grid, instance);
         Self {
             occluder: occluder.expect("the instance is valid"),
             texture: CpuTexture::of_grid(grid),
@@ -40,7 +38,8 @@ impl Shaded {
     /// Returns the interpolated texel at a point, or `None` outside the box.
     pub fn texel(&self, point: [f32; 3]) -> Option<[f32; 4]> {
         let p_grid = aogrid_grid_position(&self.occluder, point);
-        aogrid_is_inside(p_grid).then(|| self.texture.sample(p_grid))
+        let is_inside = p_grid.iter().all(|x| (0.0..=1.0).contains(x));
+        is_inside.then(|| self.texture.sample(p_grid))
     }
 
     /// Returns the AO of the cone at a point with a normal.

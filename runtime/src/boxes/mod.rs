@@ -165,8 +165,8 @@ impl Draw {
         instance: &Instance,
     ) -> Result<Self, InstanceError> {
         Ok(Self {
-            clip_from_box: clip_from_box(clip_from_world, grid.spec(), instance)?,
-            occluder: AogridOccluder::new(grid.spec(), grid.encoding(), grid.format(), instance)?,
+            clip_from_box: clip_from_box(clip_from_world, grid.facts(), instance)?,
+            occluder: grid.occluder(instance)?,
         })
     }
 }

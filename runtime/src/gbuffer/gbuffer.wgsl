@@ -53,7 +53,11 @@ fn is_shaded(occluder: AogridOccluder, object: vec2u) -> bool {
     return receiver_channels == 0u || aogrid_shades(occluder, object.x, object.y);
 }
 
-/// Whether the receiver belongs to the occluder.
-fn is_on_itself(occluder: AogridOccluder, object: vec2u) -> bool {
-    return object.x == occluder.object_id && occluder.object_id != AOGRID_NO_OBJECT;
+/// The look-up of a receiver that an occluder shades: `found`, or that on the occluder itself.
+fn shading_lookup(occluder: AogridOccluder, found: AogridLookup, position: vec3f, normal: vec3f,
+                  object: vec2u) -> AogridLookup {
+    if aogrid_is_on_itself(occluder, object.x) {
+        return aogrid_lookup_on_itself(occluder, position, normal);
+    }
+    return found;
 }

@@ -2,8 +2,9 @@
 
 mod packing;
 
-use aogrid_grid_format::{Encoding, Grid, GridSpec, TexelFormat};
+use aogrid_grid_format::{Encoding, Grid, TexelFormat};
 
+use crate::grid_facts::GridFacts;
 use crate::grid_texture::{self, GridTextureError};
 
 /// Grids of one encoding and format in one 3D texture. Clones share it.
@@ -21,7 +22,7 @@ pub struct GridAtlas {
 /// The region of one grid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AtlasRegion {
-    pub(crate) spec: GridSpec,
+    pub(crate) facts: GridFacts,
     /// Its first texel.
     origin: [u32; 3],
     /// The size of the atlas in texels.
@@ -89,7 +90,7 @@ impl GridAtlas {
             grid_texture::write(queue, &texture, grid, origin);
         }
         let region = |(grid, &origin): (&&Grid, &[u32; 3])| AtlasRegion {
-            spec: *grid.spec(),
+            facts: GridFacts::of(grid),
             origin,
             atlas_size: packed.size,
         };
@@ -132,12 +133,12 @@ impl GridAtlas {
 impl AtlasRegion {
     /// Half a cell, in \[0,1\]³ of the grid's box.
     pub(crate) fn half_cell(&self) -> [f32; 3] {
-        self.spec.resolution().map(|n| 0.5 / n as f32)
+        self.facts.spec.resolution().map(|n| 0.5 / n as f32)
     }
 
     /// The scale and offset of atlas coordinates: scale · position + offset.
     pub(crate) fn scale_and_offset(&self) -> [[f32; 3]; 2] {
-        let resolution = self.spec.resolution();
+        let resolution = self.facts.spec.resolution();
         [
             std::array::from_fn(|x| resolution[x] as f32 / self.atlas_size[x] as f32),
             std::array::from_fn(|x| self.origin[x] as f32 / self.atlas_size[x] as f32),

@@ -9,13 +9,16 @@
 @fragment
 fn merge(@builtin(position) pixel: vec4f) -> @location(0) vec4f {
     let texel = vec2u(pixel.xy);
-    let p_grid = aogrid_grid_position(draw.occluder, receiver_position(texel));
-    if !(aogrid_is_inside(p_grid) && is_shaded(draw.occluder, receiver_object(texel))) {
+    let p = receiver_position(texel);
+    let object = receiver_object(texel);
+    let found = aogrid_lookup(draw.occluder, p);
+    if !(found.is_reached && is_shaded(draw.occluder, object)) {
         discard;
     }
     let n = receiver_normal(texel);
+    let lookup = shading_lookup(draw.occluder, found, p, n, object);
     let contribution =
-        aogrid_cone_with_axis_at(draw.occluder, grid, t_clip, linear_clamp, p_grid, n);
+        aogrid_cone_with_axis_at(draw.occluder, grid, t_clip, linear_clamp, lookup, n);
     return aogrid_merge(textureLoad(previous, texel, 0), contribution, overlaps, linear_clamp);
 }
 

@@ -8,10 +8,10 @@ use crate::frame::PrepareError;
 use crate::grid_atlas::AtlasRegion;
 use crate::occluder::clip_from_box;
 use crate::wgsl::AOGRID_TILE;
-use crate::{AogridOccluder, GridAtlas, Instance, InstanceError, Mode, TiledPass, tables};
+use crate::{AogridOccluder, Instance, InstanceError, Mode, TiledPass, tables};
 
 /// The shader data of an occluder whose grid is a region of an atlas: the struct of the same name
-/// in the WGSL library, 192 bytes, for a storage buffer.
+/// in the WGSL library, 240 bytes, for a storage buffer.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct AogridAtlasOccluder {
@@ -23,7 +23,7 @@ pub struct AogridAtlasOccluder {
     pub atlas_scale: [f32; 4],
     /// The offset of atlas coordinates.
     pub atlas_offset: [f32; 4],
-    /// The pixels that its box covers: minimum x and y, maximum x and y.
+    /// The pixels that its reach covers: minimum x and y, maximum x and y.
     pub pixels: [f32; 4],
 }
 
@@ -44,7 +44,6 @@ impl AogridAtlasOccluder {
     /// Builds an occluder with a region of an atlas, seen by a camera whose image has `size`
     /// pixels.
     fn new(
-        atlas: &GridAtlas,
         region: &AtlasRegion,
         instance: &Instance,
         clip_from_world: [[f32; 4]; 4],
@@ -53,12 +52,7 @@ impl AogridAtlasOccluder {
         let padded = |[x, y, z]: [f32; 3]| [x, y, z, 0.0];
         let [scale, offset] = region.scale_and_offset();
         Ok(Self {
-            occluder: AogridOccluder::new(
-                &region.spec,
-                atlas.encoding(),
-                atlas.format(),
-                instance,
-            )?,
+            occluder: AogridOccluder::of(&region.facts, instance)?,
             half_cell: padded(region.half_cell()),
             atlas_scale: padded(scale),
             atlas_offset: padded(offset),
@@ -118,12 +112,12 @@ impl FrameData {
             let region = frame.atlas.region(*grid);
             let region = region.ok_or(PrepareError::NoSuchGrid(idx))?;
             let camera = frame.gbuffer.clip_from_world;
-            AogridAtlasOccluder::new(frame.atlas, region, instance, camera, tiles.size).map_err(
-                |source| PrepareError::Instance {
+            AogridAtlasOccluder::new(region, instance, camera, tiles.size).map_err(|source| {
+                PrepareError::Instance {
                     occluder: idx,
                     source,
-                },
-            )
+                }
+            })
         });
         Ok(Self {
             occluders: occluders.collect::<Result<_, _>>()?,
@@ -277,7 +271,7 @@ fn pixels(
 ) -> Result<[f32; 4], InstanceError> {
     /// The margin for rounding, in pixels; it also covers positions anywhere within a pixel.
     const MARGIN: f32 = 1.0;
-    let clip_from_box = clip_from_box(clip_from_world, &region.spec, instance)?;
+    let clip_from_box = clip_from_box(clip_from_world, &region.facts, instance)?;
     let clip_from_box = glam::Mat4::from_cols_array_2d(&clip_from_box);
     let corners = [0, 1, 2, 3, 4, 5, 6, 7].map(|corner| {
         let bit = |axis: u32| (corner >> axis & 1) as f32;

@@ -53,14 +53,17 @@ fn aogrid_merge_listed(list: u32, pixel: vec2u, position: vec3f, normal: vec3f,
     return accumulated;
 }
 
-/// The contribution of one occluder; none outside its box, or if it does not shade the object.
+/// The contribution of one occluder; none beyond its reach, or if it does not shade the object.
 fn aogrid_listed_cone(idx: u32, position: vec3f, normal: vec3f, object: vec2u) -> vec4f {
     let o = aogrid_occluders[idx].occluder;
-    let p_grid = aogrid_grid_position(o, position);
-    if !(aogrid_is_inside(p_grid) && aogrid_shades(o, object.x, object.y)) {
+    var lookup = aogrid_lookup(o, position);
+    if !(lookup.is_reached && aogrid_shades(o, object.x, object.y)) {
         return vec4f(0.0, 0.0, 0.0, 1.0);
     }
-    let at = aogrid_atlas_position(aogrid_occluders[idx], p_grid);
+    if aogrid_is_on_itself(o, object.x) {
+        lookup = aogrid_lookup_on_itself(o, position, normal);
+    }
+    let at = aogrid_atlas_lookup(aogrid_occluders[idx], lookup);
     return aogrid_cone_with_axis_at(o, aogrid_atlas, aogrid_t_clip, aogrid_linear_clamp, at,
                                     normal);
 }

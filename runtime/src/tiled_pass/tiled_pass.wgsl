@@ -123,21 +123,23 @@ fn gather(tile: vec2u, lane: u32) {
     }
 }
 
-/// Whether a receiver between `low` and `high` may lie in the occluder's box: the bounds, projected
-/// onto each axis of the box, overlap the box.
+/// Whether a receiver between `low` and `high` may lie in the occluder's reach: the bounds, projected
+/// onto each axis of the box, overlap it.
 fn may_hold(occluder: AogridOccluder, low: vec3f, high: vec3f) -> bool {
     let center = 0.5 * low + 0.5 * high;
     let reach = high - center;
-    return axis_meets(occluder.grid_x, center, reach)
-        && axis_meets(occluder.grid_y, center, reach)
-        && axis_meets(occluder.grid_z, center, reach);
+    let extent = 1.0 / occluder.per_extent;
+    return axis_meets(occluder.grid_x, extent.x, center, reach)
+        && axis_meets(occluder.grid_y, extent.y, center, reach)
+        && axis_meets(occluder.grid_z, extent.z, center, reach);
 }
 
-fn axis_meets(row: vec4f, center: vec3f, reach: vec3f) -> bool {
+/// `extent`: half the occluder's reach along the axis, in its box's coordinates.
+fn axis_meets(row: vec4f, extent: f32, center: vec3f, reach: vec3f) -> bool {
     // Half the extent of the bounds along this axis of the box.
     let across = dot(abs(row.xyz), reach);
-    let terms = dot(abs(row.xyz), abs(center)) + across + abs(row.w);
-    return abs(aogrid_row(row, center) - 0.5) <= 0.5 + across + POSITION_ROUNDING * terms;
+    let terms = dot(abs(row.xyz), abs(center)) + across + abs(row.w) + extent;
+    return abs(aogrid_row(row, center) - 0.5) <= extent + across + POSITION_ROUNDING * terms;
 }
 
 fn write_lists(tile: vec2u, lane: u32) {
@@ -173,18 +175,20 @@ fn accumulate_list(texel: vec2u, corner: vec2u) -> vec4f {
 /// Accumulates one more occluder.
 fn accumulate_occluder(accumulated: vec4f, idx: u32, p: vec3f, n: vec3f, object: vec2u) -> vec4f {
     let o = occluders[idx].occluder;
-    let p_grid = aogrid_grid_position(o, p);
-    if !(aogrid_is_inside(p_grid) && is_shaded(o, object)) {
+    let found = aogrid_lookup(o, p);
+    if !(found.is_reached && is_shaded(o, object)) {
         return accumulated;
     }
-    let at = aogrid_atlas_position(occluders[idx], p_grid);
+    if shading == OCCLUSION {
+        let at = aogrid_atlas_lookup(occluders[idx], found);
+        let stored = textureSampleLevel(atlas, linear_clamp, at.position, 0.0);
+        let alpha = select(stored.r, stored.a, grids_hold_cones);
+        let on_itself = aogrid_is_on_itself(o, object.x);
+        let t = aogrid_occlusion_transmittance(aogrid_fraction(o, alpha, at), on_itself);
+        return vec4f(accumulated.xyz, accumulated.w * aogrid_strengthen(o, t));
+    }
+    let at = aogrid_atlas_lookup(occluders[idx], shading_lookup(o, found, p, n, object));
     switch shading {
-        case OCCLUSION: {
-            let stored = textureSampleLevel(atlas, linear_clamp, at, 0.0);
-            let a = select(stored.r, aogrid_fraction(o, stored.a), grids_hold_cones);
-            let t = aogrid_occlusion_transmittance(a, is_on_itself(o, object));
-            return vec4f(accumulated.xyz, accumulated.w * aogrid_strengthen(o, t));
-        }
         case CONE: {
             let t = aogrid_cone_at(o, atlas, t_clip, linear_clamp, at, n);
             return vec4f(accumulated.xyz, accumulated.w * t);

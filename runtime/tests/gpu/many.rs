@@ -160,11 +160,7 @@ impl ManyOccluders {
     pub fn cpu_twin(&self) -> CpuTwin {
         let occluder = |(grid, instance): &(usize, Instance)| {
             let baked = &self.grids[*grid];
-            (
-                *grid,
-                AogridOccluder::new(baked.spec(), baked.encoding(), baked.format(), instance)
-                    .unwrap(),
-            )
+            (*grid, AogridOccluder::new(baked, instance).unwrap())
         };
         CpuTwin {
             occluders: self.occluders.iter().map(occluder).collect(),
@@ -202,19 +198,17 @@ impl CpuTwin {
     /// Returns the combined axis and transmittance at a receiver.
     pub fn shade(&self, p: [f32; 3], n: [f32; 3], object: [u32; 2], combine: Combine) -> [f32; 4] {
         let shading = self.occluders.iter().filter(|(_, o)| {
-            aogrid_is_inside(aogrid_grid_position(o, p)) && aogrid_shades(o, object[0], object[1])
+            aogrid_lookup(o, p).is_reached && aogrid_shades(o, object[0], object[1])
         });
         shading.fold([0.0, 0.0, 0.0, 1.0], |before, (grid, o)| {
-            let texture = &self.textures[*grid];
+            let lookup = match aogrid_is_on_itself(o, object[0]) {
+                true => aogrid_lookup_on_itself(o, p, n),
+                false => aogrid_lookup(o, p),
+            };
+            let one = aogrid_cone_with_axis_at(o, &self.textures[*grid], &self.clip, lookup, n);
             match combine {
-                Combine::Merge => {
-                    aogrid_merge_cone(before, o, texture, &self.clip, &self.overlaps, p, n)
-                }
-                Combine::Multiply => {
-                    let p_grid = aogrid_grid_position(o, p);
-                    let one = aogrid_cone_with_axis_at(o, texture, &self.clip, p_grid, n);
-                    aogrid_multiply(before, one)
-                }
+                Combine::Merge => aogrid_merge(before, one, &self.overlaps),
+                Combine::Multiply => aogrid_multiply(before, one),
             }
         })
     }

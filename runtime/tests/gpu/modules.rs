@@ -25,6 +25,7 @@ fn modules() -> [(&'static str, String, usize); 10] {
 /// The whole library, its files one after the other.
 const LIBRARY: &str = concat!(
     include_str!("../../src/constants.wgsl"),
+    include_str!("../../src/lookup.wgsl"),
     include_str!("../../src/shading.wgsl"),
     include_str!("../../src/environment.wgsl")
 );
@@ -74,7 +75,7 @@ fn every_shader_file_is_tested() {
             }
         }
     }
-    assert_eq!(found, 10);
+    assert_eq!(found, 11);
 }
 
 #[test]
@@ -97,6 +98,7 @@ fn the_library_binds_nothing_and_uses_only_prefixed_names() {
 fn every_function_has_a_cpu_twin_of_the_same_name() {
     let module = parse("library", LIBRARY);
     let twin = [
+        include_str!("../../src/lookup.rs"),
         include_str!("../../src/shading.rs"),
         include_str!("../../src/environment.rs"),
     ]
@@ -153,15 +155,15 @@ fn the_occluder_has_the_same_layout_in_rust_and_wgsl() {
         ("layers", offset_of!(AogridOccluder, layers)),
         ("strength", offset_of!(AogridOccluder, strength)),
         (
-            "one_minus_strength",
-            offset_of!(AogridOccluder, one_minus_strength),
-        ),
-        ("stores_root", offset_of!(AogridOccluder, stores_root)),
-        (
             "min_axis_length",
             offset_of!(AogridOccluder, min_axis_length),
         ),
-        ("unused", offset_of!(AogridOccluder, unused)),
+        ("per_extent", offset_of!(AogridOccluder, per_extent)),
+        ("reach", offset_of!(AogridOccluder, reach)),
+        ("center", offset_of!(AogridOccluder, center)),
+        ("stores_root", offset_of!(AogridOccluder, stores_root)),
+        ("cells", offset_of!(AogridOccluder, cells)),
+        ("self_offset", offset_of!(AogridOccluder, self_offset)),
     ];
     assert_layout::<AogridOccluder>(&module, "AogridOccluder", &expected);
 }

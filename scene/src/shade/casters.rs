@@ -4,6 +4,9 @@ use std::sync::Arc;
 
 use aogrid_grid_format::Grid;
 use aogrid_runtime::AogridOccluder;
+use aogrid_runtime::shading::{
+    AogridLookup, aogrid_is_on_itself, aogrid_lookup, aogrid_lookup_on_itself,
+};
 use glam::DMat4;
 
 use super::ShadeInput;
@@ -34,6 +37,14 @@ impl Caster<'_> {
     pub(super) fn casts_on(&self, id: u32, layers: u32) -> bool {
         self.instance.casts_on & layers != 0 && !self.instance.excludes.contains(&id)
     }
+
+    /// Returns the look-up of the grid by a receiver with this id.
+    pub(super) fn lookup(&self, id: u32, position: [f32; 3], normal: [f32; 3]) -> AogridLookup {
+        match aogrid_is_on_itself(&self.occluder, id) {
+            true => aogrid_lookup_on_itself(&self.occluder, position, normal),
+            false => aogrid_lookup(&self.occluder, position),
+        }
+    }
 }
 
 /// Returns all casters in the scene's order; bakes or reads their grids.
@@ -50,12 +61,7 @@ pub(super) fn casters<'a>(input: &ShadeInput<'a>, shading: GridShading) -> Resul
             shading == GridShading::Occlusion || grid.encoding().has_direction(),
             "its grid has no cones: bake it with --encoding cone, or use --mode occlusion"
         );
-        let occluder = AogridOccluder::new(
-            grid.spec(),
-            grid.encoding(),
-            grid.format(),
-            &runtime_instance(instance),
-        )?;
+        let occluder = AogridOccluder::new(&grid, &runtime_instance(instance))?;
         Ok(Caster {
             instance,
             grid,

@@ -8,9 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use aogrid_bake_core::Progress;
 use aogrid_runtime::environment::{aogrid_glossy, aogrid_lambertian};
-use aogrid_runtime::shading::{
-    aogrid_cone_with_axis_at, aogrid_grid_position, aogrid_is_inside, aogrid_merge, aogrid_multiply,
-};
+use aogrid_runtime::shading::{aogrid_cone_with_axis_at, aogrid_merge, aogrid_multiply};
 use aogrid_runtime::{AogridEnvironment, CpuTexture, EnvironmentMap};
 use rayon::prelude::*;
 
@@ -145,9 +143,9 @@ fn occlusion(
         let layers = instances.layers(id);
         let mut occlusion = UNOCCLUDED;
         for (caster, texture) in casters.iter().zip(&textures) {
-            let p_grid = aogrid_grid_position(&caster.occluder, p);
-            if caster.casts_on(id, layers) && aogrid_is_inside(p_grid) {
-                let cone = aogrid_cone_with_axis_at(&caster.occluder, texture, &clip, p_grid, n);
+            let lookup = caster.lookup(id, p, n);
+            if caster.casts_on(id, layers) && lookup.is_reached {
+                let cone = aogrid_cone_with_axis_at(&caster.occluder, texture, &clip, lookup, n);
                 occlusion = match shading {
                     GridShading::Merge => aogrid_merge(occlusion, cone, &overlaps),
                     GridShading::Occlusion | GridShading::Cone => aogrid_multiply(occlusion, cone),

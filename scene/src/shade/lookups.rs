@@ -8,7 +8,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use aogrid_bake_core::Progress;
 use aogrid_runtime::CpuTexture;
 use aogrid_runtime::shading::{
-    aogrid_cone, aogrid_merge_cone, aogrid_occlusion, aogrid_occlusion_of_cone,
+    aogrid_cone_at, aogrid_cone_with_axis_at, aogrid_merge, aogrid_occlusion,
+    aogrid_occlusion_of_cone,
 };
 use rayon::prelude::*;
 
@@ -79,8 +80,9 @@ fn occlusions(
             let casting = casters.iter().filter(|c| c.caster.casts_on(id, layers));
             if shading == GridShading::Merge {
                 let unoccluded = [0.0, 0.0, 0.0, 1.0];
-                let [.., t] =
-                    casting.fold(unoccluded, |before, c| c.merge(before, receiver, &tables));
+                let [.., t] = casting.fold(unoccluded, |before, c| {
+                    c.merge(before, receiver, id, &tables)
+                });
                 return 1.0 - t;
             }
             let product: f32 = casting
@@ -96,11 +98,16 @@ fn occlusions(
 
 impl Textured<'_> {
     /// Returns the accumulated occlusion `before` merged with this caster.
-    fn merge(&self, before: [f32; 4], receiver: &Receiver, tables: &Tables) -> [f32; 4] {
+    fn merge(&self, before: [f32; 4], receiver: &Receiver, id: u32, tables: &Tables) -> [f32; 4] {
         let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
         let Tables { clip, overlaps, .. } = tables;
+        let lookup = self.caster.lookup(id, p, n);
+        if !lookup.is_reached {
+            return before;
+        }
         let occluder = &self.caster.occluder;
-        aogrid_merge_cone(before, occluder, &self.texture, clip, overlaps, p, n)
+        let one = aogrid_cone_with_axis_at(occluder, &self.texture, clip, lookup, n);
+        aogrid_merge(before, one, overlaps)
     }
 
     /// Returns the share of light that this caster leaves to a receiver.
@@ -116,7 +123,12 @@ impl Textured<'_> {
         let Caster { occluder, grid, .. } = self.caster;
         match (shading, grid.encoding().has_direction()) {
             (GridShading::Cone | GridShading::Merge, _) => {
-                aogrid_cone(occluder, &self.texture, &tables.transmittance, p, n)
+                let lookup = self.caster.lookup(id, p, n);
+                let table = &tables.transmittance;
+                match lookup.is_reached {
+                    true => aogrid_cone_at(occluder, &self.texture, table, lookup, n),
+                    false => 1.0,
+                }
             }
             (GridShading::Occlusion, false) => {
                 aogrid_occlusion(occluder, &self.texture, p, on_itself)

@@ -85,14 +85,13 @@ fn combined_occlusion(scene: &Scene, receivers: &[Receiver], combine: Combine) -
         let grid = grids[instance.mesh].as_ref().unwrap();
         let world_from_object = DMat4::from(instance.world_from_object).as_mat4();
         let instance_at = Instance::at(world_from_object.to_cols_array_2d());
-        let occluder =
-            AogridOccluder::new(grid.spec(), grid.encoding(), grid.format(), &instance_at).unwrap();
+        let occluder = AogridOccluder::new(grid, &instance_at).unwrap();
         let texture = CpuTexture::of_grid(grid);
         for (receiver, sum) in receivers.iter().zip(&mut combined) {
             let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
-            let p_grid = aogrid_grid_position(&occluder, p);
-            if aogrid_is_inside(p_grid) {
-                let one = aogrid_cone_with_axis_at(&occluder, &texture, &clip, p_grid, n);
+            let lookup = aogrid_lookup(&occluder, p);
+            if lookup.is_reached {
+                let one = aogrid_cone_with_axis_at(&occluder, &texture, &clip, lookup, n);
                 *sum = match combine {
                     Combine::Multiply => aogrid_multiply(*sum, one),
                     Combine::Merge => aogrid_merge(*sum, one, &overlaps),

@@ -8,7 +8,7 @@ use aogrid_baker_cpu::RayScene;
 use aogrid_grid_format::Grid;
 use aogrid_runtime::shading::{
     aogrid_clip, aogrid_clipped_axis, aogrid_cone_with_axis_at, aogrid_cos_beta,
-    aogrid_grid_position, aogrid_is_inside, aogrid_merge_cone, aogrid_multiply,
+    aogrid_grid_position, aogrid_lookup, aogrid_merge_cone, aogrid_multiply,
 };
 use aogrid_runtime::{AogridOccluder, CpuTexture, Instance};
 use aogrid_scene::reference::{Lighting, Receiver, ReferenceOptions, shade};
@@ -42,9 +42,7 @@ impl Shading {
             let grid = grids[instance.mesh].clone().unwrap();
             let world_from_object = glam::DMat4::from(instance.world_from_object).as_mat4();
             let instance_at = Instance::at(world_from_object.to_cols_array_2d());
-            let occluder =
-                AogridOccluder::new(grid.spec(), grid.encoding(), grid.format(), &instance_at)
-                    .unwrap();
+            let occluder = AogridOccluder::new(&grid, &instance_at).unwrap();
             (occluder, grid, textures[instance.mesh].clone().unwrap())
         });
         let casters = casters.collect();
@@ -86,7 +84,7 @@ impl Shading {
                     / glam::UVec3::from(grid.spec().resolution()).as_vec3();
                 let (low, high) = (Vec3::from(bounds.min), Vec3::from(bounds.max));
                 let near = p_object.cmpgt(low - cell).all() && p_object.cmplt(high + cell).all();
-                aogrid_is_inside(aogrid_grid_position(occluder, p)) && !near
+                aogrid_lookup(occluder, p).is_reached && !near
             })
         };
         let receivers = list.into_iter().filter(chosen).collect();
@@ -105,12 +103,12 @@ impl Shading {
                         aogrid_merge_cone(before, occluder, texture, clip, overlaps, p, n)
                     }
                     Combine::Multiply => {
-                        let p_grid = aogrid_grid_position(occluder, p);
-                        match aogrid_is_inside(p_grid) {
+                        let lookup = aogrid_lookup(occluder, p);
+                        match lookup.is_reached {
                             false => before,
                             true => aogrid_multiply(
                                 before,
-                                aogrid_cone_with_axis_at(occluder, texture, &self.clip, p_grid, n),
+                                aogrid_cone_with_axis_at(occluder, texture, &self.clip, lookup, n),
                             ),
                         }
                     }

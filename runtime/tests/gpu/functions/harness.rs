@@ -27,8 +27,7 @@ pub(super) type Input = [[f32; 4]; 2];
 
 impl<'a> Harness<'a> {
     pub fn new(gpu: &'a Gpu, grid: Grid, instance: &Instance) -> Self {
-        let occluder =
-            AogridOccluder::new(grid.spec(), grid.encoding(), grid.format(), instance).unwrap();
+        let occluder = AogridOccluder::new(&grid, instance).unwrap();
         Self {
             gpu,
             grid,

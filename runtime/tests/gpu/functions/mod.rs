@@ -251,12 +251,12 @@ fn clipped_axes_match_the_cpu_twin() {
         let harness = Harness::new(&gpu, ball(Encoding::Cone, format), &transformed());
         let grid = CpuTexture::of_grid(&harness.grid);
         let worst = harness.max_difference(
-            "let p_grid = aogrid_grid_position(occluder, p);
-             return aogrid_cone_with_axis_at(occluder, grid, clip, linear_clamp, p_grid, n);",
+            "let lookup = aogrid_lookup(occluder, p);
+             return aogrid_cone_with_axis_at(occluder, grid, clip, linear_clamp, lookup, n);",
             &outside(),
             |p, n| {
-                let p_grid = aogrid_grid_position(&harness.occluder, p);
-                aogrid_cone_with_axis_at(&harness.occluder, &grid, &clip_table, p_grid, n)
+                let lookup = aogrid_lookup(&harness.occluder, p);
+                aogrid_cone_with_axis_at(&harness.occluder, &grid, &clip_table, lookup, n)
             },
         );
         // (AO/2) d' changes with a and cos β no faster than AO does, except next to f's jump.

@@ -1,15 +1,28 @@
+use std::sync::LazyLock;
+
 use super::*;
+
+/// A look-up in the middle of the box.
+const AT_CENTER: AogridLookup = AogridLookup {
+    position: [0.5; 3],
+    is_reached: true,
+    outward: [0.0; 3],
+    remainder: 1.0,
+};
 
 /// Returns an occluder of the moment encoding in place, with strength 1.
 fn occluder() -> AogridOccluder {
-    let identity = glam::Mat4::IDENTITY.to_cols_array_2d();
-    let (encoding, format) = (Encoding::Moment, TexelFormat::F32);
-    AogridOccluder::new(&spec(), encoding, format, &Instance::at(identity)).unwrap()
+    static OCCLUDER: LazyLock<AogridOccluder> = LazyLock::new(|| {
+        let identity = glam::Mat4::IDENTITY.to_cols_array_2d();
+        let grid = ball(Encoding::Moment, TexelFormat::F32);
+        AogridOccluder::new(&grid, &Instance::at(identity)).unwrap()
+    });
+    *OCCLUDER
 }
 
 /// Returns AO of the soft cone with fraction `a` and vector `v` for a receiver with normal `n`.
 fn occlusion(a: f32, v: [f32; 3], n: [f32; 3]) -> f32 {
-    let cone = aogrid_cone_of(&occluder(), [v[0], v[1], v[2], a.sqrt()]);
+    let cone = aogrid_cone_of(&occluder(), [v[0], v[1], v[2], a.sqrt()], AT_CENTER);
     let cos_beta = (0..3).map(|x| cone.axis[x] * n[x]).sum();
     cone.density * (1.0 - aogrid_clip_transmittance_closed_form(cone.fraction, cos_beta))
 }
@@ -59,9 +72,9 @@ fn hard_cones_ignore_the_length_of_the_axis_unless_soft_ones_are_asked_for() {
             soft_cones,
             ..Instance::at(identity)
         };
-        let (encoding, format) = (Encoding::Cone, TexelFormat::F32);
-        let occluder = AogridOccluder::new(&spec(), encoding, format, &instance).unwrap();
-        aogrid_cone_of(&occluder, [0.0, length, 0.0, 0.25])
+        let grid = ball(Encoding::Cone, TexelFormat::F32);
+        let occluder = AogridOccluder::new(&grid, &instance).unwrap();
+        aogrid_cone_of(&occluder, [0.0, length, 0.0, 0.25], AT_CENTER)
     };
     let hard = cone(false, 0.5);
     assert_eq!(
@@ -98,12 +111,12 @@ fn look_ups_of_moments_match_the_cpu_twin() {
         let tolerance = harness.soft_cone_error();
         assert!(worst[0] <= tolerance, "{format:?}: {worst:?} {tolerance}");
         let worst = harness.max_difference(
-            "let p_grid = aogrid_grid_position(occluder, p);
-             return aogrid_cone_with_axis_at(occluder, grid, clip, linear_clamp, p_grid, n);",
+            "let lookup = aogrid_lookup(occluder, p);
+             return aogrid_cone_with_axis_at(occluder, grid, clip, linear_clamp, lookup, n);",
             &outside(),
             |p, n| {
-                let p_grid = aogrid_grid_position(&harness.occluder, p);
-                aogrid_cone_with_axis_at(&harness.occluder, &grid, &clip, p_grid, n)
+                let lookup = aogrid_lookup(&harness.occluder, p);
+                aogrid_cone_with_axis_at(&harness.occluder, &grid, &clip, lookup, n)
             },
         );
         assert!(

@@ -186,13 +186,11 @@ fn axes_add_up_while_transmittances_multiply() {
         let [nx, ny, nz, _] = scene.buffer.normals[pixel];
         let mut expected = [0.0, 0.0, 0.0, 1.0];
         for instance in &scene.instances {
-            let (spec, format) = (scene.grid.spec(), scene.grid.format());
-            let encoding = scene.grid.encoding();
-            let occluder = AogridOccluder::new(spec, encoding, format, instance).unwrap();
-            let p_grid = aogrid_grid_position(&occluder, [x, y, z]);
-            if aogrid_is_inside(p_grid) {
+            let occluder = AogridOccluder::new(&scene.grid, instance).unwrap();
+            let lookup = aogrid_lookup(&occluder, [x, y, z]);
+            if lookup.is_reached {
                 let n = [nx, ny, nz];
-                let one = aogrid_cone_with_axis_at(&occluder, &texture, &clip, p_grid, n);
+                let one = aogrid_cone_with_axis_at(&occluder, &texture, &clip, lookup, n);
                 (0..3).for_each(|c| expected[c] += one[c]);
                 expected[3] *= one[3];
             }

@@ -137,11 +137,8 @@ impl Scene {
         pixels
             .map(|pixel| {
                 let receiver = self.buffer.receivers[pixel];
-                let shading = self.instances.iter().map(|instance| {
-                    let grid = &self.grid;
-                    let (encoding, format) = (grid.encoding(), grid.format());
-                    AogridOccluder::new(grid.spec(), encoding, format, instance).unwrap()
-                });
+                let instances = self.instances.iter();
+                let shading = instances.map(|i| AogridOccluder::new(&self.grid, i).unwrap());
                 shading
                     .filter(|o| aogrid_shades(o, receiver[0], receiver[1]))
                     .map(|o| {

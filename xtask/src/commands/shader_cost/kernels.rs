@@ -116,15 +116,15 @@ fn cone_without_strength(o: AogridOccluder, p: vec3f, n: vec3f) -> f32 {
     return cone_of(o, aogrid_grid_position(o, p), n);
 }
 fn cone_with_box_test(o: AogridOccluder, p: vec3f, n: vec3f) -> f32 {
-    let p_grid = aogrid_grid_position(o, p);
-    return select(1.0, cone_of(o, p_grid, n), aogrid_is_inside(p_grid));
+    let lookup = aogrid_lookup(o, p);
+    return select(1.0, cone_of(o, lookup.position, n), lookup.is_reached);
 }
 fn cone_and_axis(left: vec4f, o: AogridOccluder, p: vec3f, n: vec3f) -> vec4f {
-    let p_grid = aogrid_grid_position(o, p);
-    if !aogrid_is_inside(p_grid) {
+    let lookup = aogrid_lookup(o, p);
+    if !lookup.is_reached {
         return left;
     }
-    let one = aogrid_cone_with_axis_at(o, grid, table, linear_clamp, p_grid, n);
+    let one = aogrid_cone_with_axis_at(o, grid, table, linear_clamp, lookup, n);
     return aogrid_multiply(left, one);
 }
 fn chosen(id: vec2u) -> u32 {
