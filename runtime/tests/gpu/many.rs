@@ -34,6 +34,7 @@ pub fn merge_descriptor() -> MergePassDescriptor {
     MergePassDescriptor {
         label: "test".into(),
         format: wgpu::TextureFormat::Rgba32Float,
+        mean: false,
         gbuffer: world_and_signed(),
         front_face: wgpu::FrontFace::Ccw,
     }
@@ -208,6 +209,7 @@ impl CpuTwin {
             let one = aogrid_cone_with_axis_at(o, &self.textures[*grid], &self.clip, lookup, n);
             match combine {
                 Combine::Merge => aogrid_merge(before, one, &self.overlaps),
+                Combine::Mean => aogrid_mean(before, one, &self.overlaps),
                 Combine::Multiply => aogrid_multiply(before, one),
             }
         })
