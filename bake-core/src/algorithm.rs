@@ -150,7 +150,11 @@ mod tests {
 
     fn spec(mesh: &TriangleMesh, extent: Extent) -> GridSpec {
         let resolution = [8; 3];
-        let placement = Placement { resolution, extent };
+        let placement = Placement {
+            resolution,
+            extent,
+            snap: false,
+        };
         placement.place(&mesh.bounds()).unwrap()
     }
 

@@ -16,7 +16,9 @@
 //! to moments ([`RawGrid`]): the occluded fraction a (eq. 5), the average occluded direction
 //! m = (1/4π) ∫ ω dω, and the count of occluded directions. Then, once and in this order:
 //! cells inside the object are filled from outside (3.3.3), values are rescaled to vanish at
-//! the boundary (3.3.2; JGT 2007), and the result is encoded.
+//! the boundary (3.3.2; JGT 2007), and the result is encoded. That is [`Preset::Paper`].
+//! [`Preset::Default`] rescales nothing, since renderers continue the field beyond the box, and
+//! fits the cells near the surface to a second, finer bake, so that what they interpolate is right.
 //!
 //! Differences from the papers: the texels of a cube face are weighted by their exact solid angles
 //! (the papers' unweighted average triples the error of the axis); enclosed cells are told by the
@@ -25,20 +27,24 @@
 //! # Practice
 //!
 //! [`TriangleMesh`] (validated once) → [`Placement::place`] → a baker (`aogrid-baker-cpu`)
-//! with [`BakeOptions`] → [`RawGrid`] → [`post::finish`] → `Grid`, which is written to a file. An
-//! [`Observer`] reports a bake's progress to the caller, who may cancel it.
+//! with [`BakeOptions`] → [`RawGrid`] → [`post::finish`] → `Grid`, which is written to a file:
+//! [`bake_grid`] does it all. An [`Observer`] reports a bake's progress to the caller, who may
+//! cancel it.
 
 mod algorithm;
 pub mod cube_face;
 mod face_bits;
 mod face_sums;
+mod fit;
 pub mod layers;
 pub mod models;
 mod observer;
 mod options;
+mod pipeline;
 mod placement;
 pub mod post;
 pub mod prepared;
+mod preset;
 mod raw_grid;
 pub mod sweep;
 mod warnings;
@@ -48,11 +54,14 @@ pub mod mesh;
 pub use algorithm::{Algorithm, Plan, PlanError, RayFallbackReason};
 pub use face_bits::FaceBits;
 pub use face_sums::{FaceSums, FixedTexel, fixed_texels};
+pub use fit::NearSurface;
 pub use layers::SignedLayers;
 pub use mesh::TriangleMesh;
 pub use observer::{Observer, Progress, UNOBSERVED};
 pub use options::{BakeOptions, OptionsError};
+pub use pipeline::{PipelineError, bake_grid, bake_grid_at};
 pub use placement::{Extent, Placement, PlacementError};
 pub use prepared::{PrepareError, PreparedMesh};
+pub use preset::Preset;
 pub use raw_grid::{Moments, RawGrid};
 pub use warnings::warnings;

@@ -1,7 +1,8 @@
 //! The options of a bake.
 
 use aogrid_grid_format::{
-    BoundaryMode, Encoding, FACE_SIZES, GridSpec, Interior, RAY_COUNTS, Sampling, TexelFormat,
+    BoundaryMode, Encoding, FACE_SIZES, GridSpec, Interior, MAX_SELF_OFFSET, RAY_COUNTS, Sampling,
+    TexelFormat,
 };
 
 use crate::{PreparedMesh, SignedLayers, TriangleMesh};
@@ -25,6 +26,12 @@ pub struct BakeOptions {
     pub encoding: Encoding,
     /// The storage format of a channel.
     pub format: TexelFormat,
+    /// Whether cells near the surface are fitted so that interpolated values are right. It needs
+    /// the moment encoding and no boundary treatment.
+    pub fit: bool,
+    /// The distance along its normal, in cells, at which a receiver on the occluder itself looks
+    /// up the grid, 0..=2. The file carries it to renderers.
+    pub self_offset: f32,
 }
 
 /// The reason that options are invalid.
@@ -43,6 +50,20 @@ pub enum OptionsError {
     /// The sample point is outside its cell.
     #[error("sample offset {0} is outside -0.5..=0.5 cells")]
     SampleOffset(f32),
+    /// The fit is asked for with an encoding or a boundary treatment that it does not support.
+    #[error(
+        "the near-surface fit needs the moment encoding and no boundary treatment, not {} with {}",
+        encoding.name(), boundary.name()
+    )]
+    Fit {
+        /// The encoding.
+        encoding: Encoding,
+        /// The boundary treatment.
+        boundary: BoundaryMode,
+    },
+    /// The offset of self look-ups is out of range.
+    #[error("self offset {0} is outside 0..={MAX_SELF_OFFSET} cells")]
+    SelfOffset(f32),
 }
 
 impl BakeOptions {
@@ -61,6 +82,8 @@ impl BakeOptions {
             boundary: BoundaryMode::Jgt,
             encoding: Encoding::Cone,
             format: TexelFormat::Unorm8,
+            fit: false,
+            self_offset: 0.0,
         }
     }
 
@@ -97,6 +120,13 @@ impl BakeOptions {
         {
             return Err(OptionsError::MaxDistance(distance));
         }
+        let (encoding, boundary) = (self.encoding, self.boundary);
+        if self.fit && (encoding != Encoding::Moment || boundary != BoundaryMode::None) {
+            return Err(OptionsError::Fit { encoding, boundary });
+        }
+        if !(0.0..=MAX_SELF_OFFSET).contains(&self.self_offset) {
+            return Err(OptionsError::SelfOffset(self.self_offset));
+        }
         let outside = self
             .sample_offset
             .iter()
@@ -127,6 +157,10 @@ mod tests {
         assert_eq!(far, OptionsError::MaxDistance(f32::INFINITY));
         let offset = with(|o| o.sample_offset[2] = 0.6);
         assert_eq!(offset, OptionsError::SampleOffset(0.6));
+        let fit = with(|o| o.fit = true);
+        assert!(fit.to_string().ends_with("not cone with jgt"), "{fit}");
+        let offset = with(|o| o.self_offset = -0.1);
+        assert_eq!(offset, OptionsError::SelfOffset(-0.1));
         assert!(matches!(
             with(|o| o.sample_offset[0] = f32::NAN),
             OptionsError::SampleOffset(_)

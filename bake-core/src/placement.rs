@@ -1,4 +1,5 @@
-//! Placement of the grid around the object: RR-5779 eq. 4, with margins where it gives none.
+//! Placement of the grid around the object: RR-5779 eq. 4, with margins where it gives none, and
+//! with cells that meet the object's faces.
 
 use aogrid_grid_format::{GridSpec, SpecError};
 
@@ -11,6 +12,14 @@ const MARGIN_CELLS: f64 = 2.0;
 /// rod no width at all; cells 16 times finer across the rod than along it are fine enough.
 const MIN_RELATIVE_EXTENT: f64 = 1.0 / 16.0;
 
+/// The distance of a snapped layer of cell centers from the face of the bounding box, in cells:
+/// outside despite all rounding, and near enough to be the sample that a receiver on the face sees.
+const SNAP_DISTANCE: f64 = 0.02;
+
+/// The smallest factor by which snapping may shrink cells. A plate thinner than that has both of
+/// its layers outside already.
+const MIN_SNAP_FACTOR: f64 = 1.0 / 3.0;
+
 /// The resolution and the size of a grid around an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
@@ -18,6 +27,10 @@ pub struct Placement {
     pub resolution: [u32; 3],
     /// The size of the box.
     pub extent: Extent,
+    /// Whether a box that is computed from ε is stretched or shrunk until a layer of cell centers
+    /// lies just outside each face of the object's bounding box, so that what touches the object
+    /// meets a sample of free space. Given half-extents are kept.
+    pub snap: bool,
 }
 
 /// The size of a grid's box.
@@ -51,6 +64,7 @@ impl Default for Placement {
         Self {
             resolution: [32; 3],
             extent: Extent::Epsilon(0.1),
+            snap: false,
         }
     }
 }
@@ -88,8 +102,26 @@ impl Placement {
             let eq_4 = r[i] + (area / (4.0 * std::f64::consts::PI * epsilon)).sqrt();
             let n = f64::from(self.resolution[i]);
             let with_margin = r[i] / (1.0 - 2.0 * MARGIN_CELLS / n);
-            eq_4.max(with_margin).max(MIN_RELATIVE_EXTENT * largest) as f32
+            let extent = eq_4.max(with_margin).max(MIN_RELATIVE_EXTENT * largest);
+            match self.snap {
+                true => snapped(extent, r[i], self.resolution[i]) as f32,
+                false => extent as f32,
+            }
         }))
+    }
+}
+
+/// Returns the half-extent nearest to `extent` with which a layer of the `n` cells' centers lies
+/// just outside a face at `r`; `extent` itself around a plate thinner than its cells.
+fn snapped(extent: f64, r: f64, n: u32) -> f64 {
+    let n = f64::from(n);
+    let (size, half) = (2.0 * extent / n, if n % 2.0 == 0.0 { 0.5 } else { 0.0 });
+    // Centers lie at (layer + half) cells from the middle.
+    let layer = (r / size - half).round().max(1.0);
+    let snapped_size = r / (layer + half - SNAP_DISTANCE);
+    match snapped_size >= MIN_SNAP_FACTOR * size {
+        true => 0.5 * n * snapped_size,
+        false => extent,
     }
 }
 
@@ -134,6 +166,56 @@ mod tests {
         let [x, y, z] = half_extents([1.0, 0.0, 0.0]);
         assert!(x > 1.0);
         assert_eq!([y, z], [1.0 / 16.0; 2]);
+    }
+
+    #[test]
+    fn snapped_layers_lie_just_outside_the_faces() {
+        for (r, resolution) in [
+            ([1.0, 1.0, 1.0], [32, 33, 48]),
+            ([3.0, 0.5, 0.11], [16, 8, 9]),
+            ([1.0, 0.02, 0.07], [32; 3]),
+        ] {
+            let bounds = Bounds {
+                min: r.map(|v: f32| -v),
+                max: r,
+            };
+            let placed = |snap| {
+                let extent = Extent::Epsilon(0.8);
+                let placement = Placement {
+                    resolution,
+                    extent,
+                    snap,
+                };
+                placement.place(&bounds).unwrap()
+            };
+            let (free, snapped) = (placed(false), placed(true));
+            for x in 0..3 {
+                let n = resolution[x];
+                let centers = (0..n).map(|i| f64::from(2 * i + 1) - f64::from(n));
+                let size = snapped.cell_size()[x];
+                let outside = centers
+                    .map(|twice| 0.5 * twice - f64::from(r[x]) / size)
+                    .find(|beyond| *beyond > 0.0)
+                    .unwrap();
+                assert!(
+                    (outside - SNAP_DISTANCE).abs() < 1e-4,
+                    "{r:?} {x}: {outside}"
+                );
+                let change = snapped.half_extents()[x] / free.half_extents()[x];
+                assert!((0.33..1.5).contains(&change), "{r:?} {x}: {change}");
+            }
+        }
+        // A sheet has no faces to meet along its normal.
+        let sheet = Bounds {
+            min: [-1.0, 0.0, -1.0],
+            max: [1.0, 0.0, 1.0],
+        };
+        let placement = Placement {
+            snap: true,
+            ..Placement::default()
+        };
+        let [_, y, _] = placement.place(&sheet).unwrap().half_extents();
+        assert!((y - 1.0 / (0.1 * std::f32::consts::PI).sqrt()).abs() < 1e-6);
     }
 
     #[test]

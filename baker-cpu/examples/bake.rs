@@ -1,7 +1,7 @@
-//! Bakes a grid with the recommended options:
+//! Bakes a grid with the default preset:
 //! `cargo run --release --example bake model.obj model.ao.ktx2`.
 
-use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, mesh, post};
+use aogrid_bake_core::{Preset, UNOBSERVED, mesh};
 use aogrid_grid_format::Source;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -10,11 +10,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Err("usage: bake MODEL.obj OUT.ao.ktx2".into());
     };
     let loaded = mesh::load(model.as_ref())?;
-    let (placement, options) = (Placement::default(), BakeOptions::recommended());
-    let spec = placement.place(&loaded.mesh.bounds())?;
-    let raw = aogrid_baker_cpu::bake(&loaded.mesh, spec, &options, UNOBSERVED)?;
+    let (placement, options) = (Preset::Default.placement(), Preset::Default.options());
     let source = Source::from(&loaded);
-    let grid = post::finish(raw, &placement, &options, source)?;
+    let grid = aogrid_baker_cpu::bake_grid(&loaded.mesh, &placement, &options, source, UNOBSERVED)?;
     std::fs::write(out, grid.to_bytes())?;
     Ok(())
 }

@@ -1,10 +1,10 @@
 //! The CPU baker: one interface to the direction sweep and ray casting.
 
 use aogrid_bake_core::{
-    Algorithm, BakeOptions, Observer, Plan, PreparedMesh, RawGrid, RayFallbackReason, SignedLayers,
-    TriangleMesh,
+    Algorithm, BakeOptions, Observer, Placement, Plan, PreparedMesh, RawGrid, RayFallbackReason,
+    SignedLayers, TriangleMesh,
 };
-use aogrid_grid_format::GridSpec;
+use aogrid_grid_format::{Grid, GridSpec, Source};
 
 use crate::error::BakeError;
 use crate::ray_scene::RayScene;
@@ -145,6 +145,26 @@ pub fn bake(
 ) -> Result<RawGrid, BakeError> {
     let mut baker = Baker::new(None);
     baker.prepare(mesh, spec, options)?.bake(observer)
+}
+
+/// Bakes the grid of `mesh` with the whole pipeline, for the record of `source`: places it, bakes
+/// it, fits it near the surface if the options ask for that, and encodes it. See [`bake`].
+///
+/// # Errors
+///
+/// An option is out of range, the mesh cannot be placed or its moments cannot become a grid, or the
+/// observer cancelled.
+pub fn bake_grid(
+    mesh: &TriangleMesh,
+    placement: &Placement,
+    options: &BakeOptions,
+    source: Source,
+    observer: Observer<'_>,
+) -> Result<Grid, BakeError> {
+    let mut baker = Baker::new(None);
+    aogrid_bake_core::bake_grid(mesh, placement, options, source, |spec, options| {
+        baker.prepare(mesh, spec, options)?.bake(observer)
+    })
 }
 
 #[cfg(test)]

@@ -2,12 +2,15 @@
 //! casting. Ray casting is the reference that every faster implementation is checked against.
 //!
 //! ```
-//! use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, models::Model};
-//! use aogrid_baker_cpu::bake;
-//! let mesh = Model::Table.mesh(None)?;
-//! let spec = Placement { resolution: [8; 3], ..Placement::default() }.place(&mesh.bounds())?;
-//! let raw = bake(&mesh, spec, &BakeOptions::recommended(), UNOBSERVED)?;
-//! assert_eq!(raw.moments.len(), 512);
+//! use aogrid_bake_core::{Preset, UNOBSERVED, models::{Model, to_obj}};
+//! use aogrid_grid_format::Source;
+//! # let obj = to_obj(&Model::Table.mesh(None)?);
+//! # let loaded = aogrid_bake_core::mesh::LoadedMesh::from_bytes("table.obj", obj.as_bytes())?;
+//! // `loaded` comes from `aogrid_bake_core::mesh::load("table.obj".as_ref())?`.
+//! let (placement, options) = (Preset::Economy.placement(), Preset::Economy.options());
+//! let source = Source::from(&loaded);
+//! let grid = aogrid_baker_cpu::bake_grid(&loaded.mesh, &placement, &options, source, UNOBSERVED)?;
+//! assert_eq!(grid.texels().len(), 16 * 1024); // 16³ cells of 4 bytes
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -30,7 +33,7 @@
 //!
 //! # Practice
 //!
-//! [`bake()`] bakes one grid. A [`Baker`] keeps its buffers for further bakes and reports which
+//! [`bake_grid`] bakes a grid to encode and write, [`bake()`] its moments alone. A [`Baker`] keeps its buffers for further bakes and reports which
 //! algorithm it uses. An [`RayScene`] bakes by ray casting and traces single rays
 //! ([`RayScene::is_occluded`], [`RayScene::closest_hit`]). A [`Sweeper`] bakes a
 //! prepared mesh by the direction sweep and also returns the occlusion bits of the faces. All of
@@ -49,7 +52,7 @@ mod sweep;
 mod triangle;
 
 pub use aogrid_bake_core::{Algorithm, PlanError, RayFallbackReason};
-pub use baker::{Baker, Prepared, bake};
+pub use baker::{Baker, Prepared, bake, bake_grid};
 pub use error::BakeError;
 pub use quantized_rays::QuantizedMeshRays;
 pub use ray_scene::{Hit, RayScene};

@@ -6,6 +6,7 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use aogrid_bake_core::Progress;
+use aogrid_scene::shade::StageObserver;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
@@ -56,6 +57,12 @@ impl Console {
     pub fn error(&self, error: &anyhow::Error) {
         let line = printable(&format!("error: {error:#}"));
         print(&mut io::stderr().lock(), &line);
+    }
+
+    /// Returns the observer of a stage of work on `name`, which shows its progress.
+    pub fn stage(&self, name: &str) -> StageObserver {
+        let bar = self.progress(name);
+        Box::new(move |progress| bar.observe(progress))
     }
 
     /// Returns a progress display for work on `name`.

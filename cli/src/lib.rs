@@ -27,7 +27,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use commands::{
-    adapters, bake, completions, diff, export, info, man, model, render, slices, verify,
+    adapters, bake, compare, completions, diff, export, info, man, model, render, slices, verify,
 };
 
 #[doc(hidden)]
@@ -71,6 +71,7 @@ pub enum Command {
     Model(model::Args),
     Export(export::Args),
     Render(Box<render::Args>),
+    Compare(compare::Args),
     Adapters(adapters::Args),
 }
 
@@ -90,6 +91,7 @@ impl Command {
             Self::Model(args) => model::run(args, console),
             Self::Export(args) => export::run(args, console),
             Self::Render(args) => render::run(args, console),
+            Self::Compare(args) => compare::run(args, console),
             Self::Adapters(args) => adapters::run(args, console),
         }
     }

@@ -11,6 +11,9 @@ pub const FACE_SIZES: RangeInclusive<u32> = 8..=128;
 /// largest cube faces.
 pub const RAY_COUNTS: RangeInclusive<u32> = 1..=100_000;
 
+/// The maximum offset of self look-ups, in cells.
+pub const MAX_SELF_OFFSET: f32 = 2.0;
+
 /// Everything that determines a grid's texels besides its [`GridSpec`](crate::GridSpec), encoding
 /// and format: two bakes of one aogrid version with equal records have equal texels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,6 +37,17 @@ pub struct BakeRecord {
     pub inside: Option<Inside>,
     /// Treatment of values at the grid's boundary (RR-5779, 3.3.2).
     pub boundary: Boundary,
+    /// Whether the box was adjusted so that layers of cell centers lie just outside the faces of
+    /// the object's bounding box.
+    #[serde(default, skip_serializing_if = "is_off")]
+    pub snap: bool,
+    /// Whether cells near the surface were fitted so that interpolated values are right.
+    #[serde(default, skip_serializing_if = "is_off")]
+    pub fit: bool,
+    /// The distance along its normal, in cells, at which a receiver on the occluder itself looks
+    /// up the grid, 0..=[`MAX_SELF_OFFSET`].
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub self_offset: f32,
     /// The mesh that was baked.
     pub source: Source,
 }
@@ -142,6 +156,16 @@ pub struct Source {
     pub triangles: u64,
 }
 
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_off(flag: &bool) -> bool {
+    !flag
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_zero(value: &f32) -> bool {
+    *value == 0.0
+}
+
 impl Interior {
     /// Every rule, the recommended one first.
     pub const ALL: [Self; 3] = [Self::Signed, Self::Enclosed, Self::Keep];
@@ -193,6 +217,10 @@ impl BakeRecord {
             (self.sampling.is_in_range(), "method"),
             (positive(self.max_distance), "max_distance"),
             ((0.0..=1.0).contains(&self.boundary.v_m), "boundary"),
+            (
+                (0.0..=MAX_SELF_OFFSET).contains(&self.self_offset),
+                "self_offset",
+            ),
             (
                 self.inside
                     .is_none_or(|inside| (0.0..=1.0).contains(&inside.doubt)),

@@ -23,6 +23,9 @@ fn file() -> Vec<u8> {
         interior: Interior::Keep,
         interior_cells: 0,
         inside: None,
+        snap: false,
+        fit: false,
+        self_offset: 0.0,
         boundary: Boundary {
             requested: BoundaryMode::None,
             applied: BoundaryMode::None,

@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use aogrid_bake_core::mesh::Part;
 use aogrid_bake_core::models::Model;
-use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, UNOBSERVED, post};
+use aogrid_bake_core::{Preset, TriangleMesh, UNOBSERVED};
 use aogrid_baker_cpu::RayScene;
 use aogrid_gpu_support::{Gpu, attachment};
 use aogrid_grid_format::{Grid, Source};
@@ -328,16 +328,16 @@ fn floor(cells: u32) -> Result<TriangleMesh, Box<dyn Error>> {
 }
 
 fn grid(mesh: &TriangleMesh) -> Result<Grid, Box<dyn Error>> {
-    let (placement, options) = (Placement::default(), BakeOptions::recommended());
-    let spec = placement.place(&mesh.bounds())?;
-    let raw = aogrid_baker_cpu::bake(mesh, spec, &options, UNOBSERVED)?;
+    let (placement, options) = (Preset::Default.placement(), Preset::Default.options());
     let source = Source {
         name: "sample".into(),
         part: None,
         blake3: "0".repeat(64),
         triangles: mesh.triangles().len() as u64,
     };
-    Ok(post::finish(raw, &placement, &options, source)?)
+    Ok(aogrid_baker_cpu::bake_grid(
+        mesh, &placement, &options, source, UNOBSERVED,
+    )?)
 }
 
 /// Returns `count` objects on the floor. Their size is fixed, so overlap grows with their number.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use aogrid_bake_core::models::Model;
-use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, post};
+use aogrid_bake_core::{Preset, UNOBSERVED};
 use aogrid_gpu_support::{brightness, gpu, picture, skip};
 use aogrid_grid_format::Source;
 
@@ -24,16 +24,14 @@ fn example(name: &str) -> Option<PathBuf> {
 
 fn robot() -> Vec<u8> {
     let mesh = Model::Robot.mesh(None).unwrap();
-    let (placement, options) = (Placement::default(), BakeOptions::recommended());
-    let spec = placement.place(&mesh.bounds()).unwrap();
-    let raw = aogrid_baker_cpu::bake(&mesh, spec, &options, UNOBSERVED).unwrap();
+    let (placement, options) = (Preset::Default.placement(), Preset::Default.options());
     let source = Source {
         name: "robot".into(),
         part: None,
         blake3: "0".repeat(64),
         triangles: 1,
     };
-    post::finish(raw, &placement, &options, source)
+    aogrid_baker_cpu::bake_grid(&mesh, &placement, &options, source, UNOBSERVED)
         .unwrap()
         .to_bytes()
 }

@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use crate::error::{Context, ensure};
 use aogrid_bake_core::mesh::MeshReport;
-use aogrid_bake_core::{Observer, post};
+use aogrid_bake_core::{BakeOptions, Observer, Placement, TriangleMesh, bake_grid_at};
 use aogrid_baker_cpu::Baker;
-use aogrid_grid_format::{Grid, Source};
+use aogrid_grid_format::{Grid, GridSpec, Source};
 
 use super::{GridSource, Scene, SceneMesh};
 use aogrid_bake_core::warnings;
@@ -25,6 +25,22 @@ pub fn read_grid(path: &Path) -> crate::Result<Grid> {
     ensure!(metadata.is_file(), "{}: it is not a regular file", shown());
     let bytes = fs::read(path).with_context(shown)?;
     Grid::from_bytes(&bytes).with_context(shown)
+}
+
+/// Bakes the grid at `spec`, which `placement` describes.
+pub(crate) fn bake(
+    mesh: &TriangleMesh,
+    source: &Source,
+    spec: GridSpec,
+    placement: &Placement,
+    options: &BakeOptions,
+    observer: Observer<'_>,
+) -> crate::Result<Grid> {
+    let mut baker = Baker::new(None);
+    let source = source.clone();
+    bake_grid_at(spec, mesh, placement, options, source, |spec, options| {
+        Ok(baker.prepare(mesh, spec, options)?.bake(observer)?)
+    })
 }
 
 /// A cache of grids that were read or baked; one cache may serve many scenes.
@@ -79,13 +95,12 @@ impl Grids {
             return Ok(grid.clone());
         }
         let grid = Arc::new(match &mesh.grid {
+            GridSource::Given(grid) => return Ok(grid.clone()),
             GridSource::File(path) => read_grid(path)?,
             GridSource::Bake(placement, options) => {
                 let spec = placement.place(&mesh.mesh.bounds())?;
-                let raw = Baker::new(None)
-                    .prepare(&mesh.mesh, spec, options)?
-                    .bake(observer)?;
-                let grid = post::finish(raw, placement, options, mesh.source.clone())?;
+                let source = &mesh.source;
+                let grid = bake(&mesh.mesh, source, spec, placement, options, observer)?;
                 let warnings = warnings(&grid, &MeshReport::new(&mesh.mesh));
                 let named = |warning| format!("mesh `{}`: {warning}", mesh.name);
                 self.warnings.extend(warnings.into_iter().map(named));

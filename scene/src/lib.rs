@@ -3,7 +3,7 @@
 //!
 //! [`load`] reads a file and the geometry that it names; grids ([`Grids`]) and the environment's
 //! map ([`EnvironmentSource::load`]) are read or made when a mode needs them. [`shade`] has the
-//! modes, [`reference`] the truth.
+//! modes, [`mod@reference`] the truth.
 
 mod build;
 mod camera;
@@ -17,16 +17,18 @@ mod receivers;
 pub mod reference;
 mod schema;
 pub mod shade;
+pub mod suite;
 mod values;
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::error::{Context, ensure};
 use crate::reference::{AreaLight, ReferenceOptions};
 use aogrid_bake_core::mesh::Part;
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh};
-use aogrid_grid_format::Source;
+use aogrid_grid_format::{Grid, Source};
 use glam::{DAffine3, DVec3};
 
 pub use camera::{Camera, Projection};
@@ -86,6 +88,8 @@ pub enum GridSource {
     File(PathBuf),
     /// The grid is baked.
     Bake(Placement, BakeOptions),
+    /// The grid is at hand.
+    Given(Arc<Grid>),
 }
 
 /// An object in the scene.

@@ -1,5 +1,6 @@
 //! The keys of scene files; `docs/scenes.md` documents them for users.
 
+use aogrid_bake_core::Preset;
 use aogrid_grid_format::{
     BoundaryMode, Encoding, Interior, MAX_RESOLUTION, MIN_RESOLUTION, TexelFormat,
 };
@@ -147,7 +148,9 @@ pub(super) type Cells = Whole<MIN_RESOLUTION, MAX_RESOLUTION>;
 pub(super) struct GridFile {
     pub file: Option<String>,
     pub resolution: Option<OneOrThree<Cells>>,
+    pub preset: Option<PresetFile>,
     pub epsilon: Option<Positive>,
+    pub snap: Option<bool>,
     pub half_extents: Option<[Positive; 3]>,
     pub face_size: Option<Whole<8, 128>>,
     pub rays: Option<Whole<1, 100_000>>,
@@ -157,6 +160,8 @@ pub(super) struct GridFile {
     pub format: Option<FormatFile>,
     pub boundary: Option<BoundaryFile>,
     pub interior: Option<InteriorFile>,
+    pub fit: Option<bool>,
+    pub self_offset: Option<NonNegative>,
     pub sample_offset: Option<[Finite; 3]>,
 }
 
@@ -189,7 +194,7 @@ pub(super) struct RotationFile {
     pub degrees: Finite,
 }
 
-/// Defines the form of an enumeration of `grid-format` in scenes: the names that its values have on
+/// Defines the form of an enumeration in scenes: the names that its values have on
 /// command lines.
 macro_rules! names {
     ($file:ident for $target:ident) => {
@@ -227,3 +232,4 @@ names!(EncodingFile for Encoding);
 names!(FormatFile for TexelFormat);
 names!(BoundaryFile for BoundaryMode);
 names!(InteriorFile for Interior);
+names!(PresetFile for Preset);

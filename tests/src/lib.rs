@@ -48,7 +48,18 @@ pub fn raw(mesh: &TriangleMesh, placement: &Placement, options: &BakeOptions) ->
 ///
 /// If a step fails.
 pub fn grid(mesh: &TriangleMesh, placement: &Placement, options: &BakeOptions) -> Grid {
-    finish(raw(mesh, placement, options), placement, options)
+    aogrid_baker_cpu::bake_grid(mesh, placement, options, source(), UNOBSERVED)
+        .expect("the mesh can be baked")
+}
+
+/// Returns the source of a mesh that no file holds.
+fn source() -> Source {
+    Source {
+        name: "test.obj".into(),
+        part: None,
+        blake3: "0".repeat(64),
+        triangles: 1,
+    }
 }
 
 /// Converts moments into a grid with the rest of the pipeline.
@@ -57,11 +68,5 @@ pub fn grid(mesh: &TriangleMesh, placement: &Placement, options: &BakeOptions) -
 ///
 /// If the moments do not make a valid grid.
 pub fn finish(raw: RawGrid, placement: &Placement, options: &BakeOptions) -> Grid {
-    let source = Source {
-        name: "test.obj".into(),
-        part: None,
-        blake3: "0".repeat(64),
-        triangles: 1,
-    };
-    post::finish(raw, placement, options, source).expect("the moments make a grid")
+    post::finish(raw, None, placement, options, source()).expect("the moments make a grid")
 }

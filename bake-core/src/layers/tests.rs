@@ -319,6 +319,7 @@ fn grids_beyond_the_sweep_have_layers_too() {
     let placement = Placement {
         resolution: [8; 3],
         extent: Extent::HalfExtents([1e-4; 3]),
+        snap: false,
     };
     let spec = placement.place(&open.bounds()).unwrap();
     assert!(PreparedMesh::new(&open, spec, [0.0; 3]).is_err());
@@ -328,6 +329,7 @@ fn grids_beyond_the_sweep_have_layers_too() {
     let placement = Placement {
         resolution: [8; 3],
         extent: Extent::HalfExtents([1.0, 1.0, 1e-3]),
+        snap: false,
     };
     let spec = placement.place(&open.bounds()).unwrap();
     let layers = SignedLayers::around(&open, spec, BakeOptions::SAMPLE_OFFSET).unwrap();

@@ -3,6 +3,7 @@
 //! have holes or no thickness.
 
 mod builder;
+mod closed;
 mod open;
 mod refine;
 mod shapes;
@@ -30,6 +31,16 @@ pub enum Model {
     /// A space ship with hull, wings, fin and engines, about as many triangles as that of RR-5779,
     /// table 1.
     SpaceShip,
+    /// A thin wall.
+    Wall,
+    /// A comb, whose teeth hang down.
+    Comb,
+    /// Five stairs, solid.
+    Stairs,
+    /// Two interlocked rings.
+    Rings,
+    /// A thin rod that lies on the floor.
+    Rod,
     /// A unit cube without its bottom.
     OpenBox,
     /// Two overlapping boxes without bottoms.
@@ -42,6 +53,10 @@ pub enum Model {
     Sheet,
     /// The lower half of a hollow sphere without thickness.
     Bowl,
+    /// A tree of cards without thickness, as in games.
+    CardTree,
+    /// A lying pipe without thickness or ends.
+    Pipe,
     /// A torus with holes, of which about every fifth triangle is flipped.
     Patchwork,
 }
@@ -70,7 +85,7 @@ pub const MAX_TRIANGLES: usize = 20_000_000;
 
 impl Model {
     /// Every model.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 21] = [
         Self::Box,
         Self::Table,
         Self::Torus,
@@ -78,17 +93,24 @@ impl Model {
         Self::Sphere,
         Self::Robot,
         Self::SpaceShip,
+        Self::Wall,
+        Self::Comb,
+        Self::Stairs,
+        Self::Rings,
+        Self::Rod,
         Self::OpenBox,
         Self::OpenBoxes,
         Self::House,
         Self::Room,
         Self::Sheet,
         Self::Bowl,
+        Self::CardTree,
+        Self::Pipe,
         Self::Patchwork,
     ];
 
     /// The closed models: every edge has an even number of triangles.
-    pub const CLOSED: [Self; 7] = [
+    pub const CLOSED: [Self; 12] = [
         Self::Box,
         Self::Table,
         Self::Torus,
@@ -96,6 +118,11 @@ impl Model {
         Self::Sphere,
         Self::Robot,
         Self::SpaceShip,
+        Self::Wall,
+        Self::Comb,
+        Self::Stairs,
+        Self::Rings,
+        Self::Rod,
     ];
 
     /// Returns the name on command lines and of files.
@@ -108,12 +135,19 @@ impl Model {
             Self::Sphere => "sphere",
             Self::Robot => "robot",
             Self::SpaceShip => "space-ship",
+            Self::Wall => "wall",
+            Self::Comb => "comb",
+            Self::Stairs => "stairs",
+            Self::Rings => "rings",
+            Self::Rod => "rod",
             Self::OpenBox => "open-box",
             Self::OpenBoxes => "open-boxes",
             Self::House => "house",
             Self::Room => "room",
             Self::Sheet => "sheet",
             Self::Bowl => "bowl",
+            Self::CardTree => "card-tree",
+            Self::Pipe => "pipe",
             Self::Patchwork => "patchwork",
         }
     }
@@ -230,6 +264,8 @@ mod tests {
             (Model::Room, 10, 4),
             (Model::Sheet, 512, 64),
             (Model::Bowl, 480, 32),
+            (Model::CardTree, 2 * 8, 4 * 8),
+            (Model::Pipe, 2 * 24 * 6, 2 * 24),
         ] {
             let report = MeshReport::new(&sample.mesh(None).unwrap());
             let found = (report.triangles, report.boundary_edges);
@@ -256,7 +292,7 @@ mod tests {
             .into_iter()
             .filter(|s| !Model::CLOSED.contains(s))
         {
-            if ![Model::Sheet, Model::Patchwork].contains(&sample) {
+            if ![Model::Sheet, Model::CardTree, Model::Patchwork].contains(&sample) {
                 // Tetrahedra over a hole have no volume if the origin is in the plane of the hole.
                 let mesh = sample.mesh(None).unwrap();
                 let volume = signed_volume(&mesh);

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use super::builder::Builder;
 
 /// The opening predicate of a panel without openings.
-const NO_OPENINGS: fn(usize, usize) -> bool = |_, _| false;
+pub(super) const NO_OPENINGS: fn(usize, usize) -> bool = |_, _| false;
 
 /// Adds a box without its bottom. If `inward`, the faces are flipped.
 fn box_without_bottom(model: &mut Builder, min: [f64; 3], max: [f64; 3], inward: bool) {
@@ -122,6 +122,48 @@ pub(super) fn bowl(model: &mut Builder) {
         let [a, b] = [i, i + 1].map(|i| model.shared_vertex(at(i, 1)));
         model.triangle([pole, b, a]);
     }
+}
+
+/// Adds a tree of cards: two crossed ones for the trunk, six for the crown.
+pub(super) fn card_tree(model: &mut Builder) {
+    /// Half the width and half the height of a card of the crown.
+    const CARD: [f64; 2] = [0.38, 0.3];
+    model.part("cards");
+    let mut card = |center: [f64; 3], half: [f64; 2], yaw: f64, lean: f64| {
+        let ((sin, cos), (back, up)) = (yaw.sin_cos(), lean.sin_cos());
+        let at = |i: usize, j: usize| {
+            let [s, t] =
+                [(i, half[0]), (j, half[1])].map(|(i, half)| (2.0 * i as f64 - 1.0) * half);
+            [
+                center[0] + s * cos + t * back * sin,
+                center[1] + t * up,
+                center[2] - s * sin + t * back * cos,
+            ]
+        };
+        model.panel([1, 1], at, NO_OPENINGS);
+    };
+    for yaw in [0.3, 0.3 + 0.25 * TAU] {
+        card([0.0, 0.35, 0.0], [0.06, 0.35], yaw, 0.0);
+    }
+    for idx in 0..6 {
+        let yaw = 0.6 + TAU * f64::from(idx) / 6.0;
+        let (sin, cos) = yaw.sin_cos();
+        let height = 0.85 + 0.12 * f64::from(idx % 3);
+        card([0.18 * sin, height, 0.18 * cos], CARD, yaw, 0.5);
+    }
+}
+
+/// Adds a pipe along x without thickness or ends, facing outward.
+pub(super) fn pipe(model: &mut Builder) {
+    const AROUND: usize = 24;
+    const ALONG: usize = 6;
+    const RADIUS: f64 = 0.35;
+    let at = |i: usize, j: usize| {
+        let (sin, cos) = (TAU * (i % AROUND) as f64 / AROUND as f64).sin_cos();
+        let x = 1.6 * j as f64 / ALONG as f64 - 0.8;
+        [x, RADIUS - RADIUS * cos, -RADIUS * sin]
+    };
+    model.part("pipe").panel([AROUND, ALONG], at, NO_OPENINGS);
 }
 
 /// Removes some triangles, and flips about every fifth of the others.

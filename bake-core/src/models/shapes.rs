@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::builder::{Builder, Ring};
-use super::{Model, open};
+use super::{Model, closed, open};
 
 /// The projection of a point to a model's surface, on which refinement puts new vertices.
 pub(super) type Surface = fn([f64; 3]) -> [f64; 3];
@@ -27,12 +27,25 @@ pub(super) fn build(sample: Model, requested: Option<usize>) -> Builder {
         Model::Sphere => sphere(&mut model, requested),
         Model::Robot => robot(&mut model),
         Model::SpaceShip => space_ship(&mut model),
+        Model::Wall => {
+            let part = model.part("wall");
+            part.cuboid([-0.75, 0.0, -0.01], [0.75, 1.0, 0.01]);
+        }
+        Model::Comb => closed::comb(&mut model),
+        Model::Stairs => closed::stairs(&mut model),
+        Model::Rings => closed::rings(&mut model),
+        Model::Rod => {
+            let part = model.part("rod");
+            part.limb([-1.0, 0.03, 0.0], [1.0, 0.03, 0.0], [0.03, 0.03]);
+        }
         Model::OpenBox => open::open_box(&mut model),
         Model::OpenBoxes => open::open_boxes(&mut model),
         Model::House => open::house(&mut model),
         Model::Room => open::room(&mut model),
         Model::Sheet => open::sheet(&mut model),
         Model::Bowl => open::bowl(&mut model),
+        Model::CardTree => open::card_tree(&mut model),
+        Model::Pipe => open::pipe(&mut model),
         Model::Patchwork => {
             torus(&mut model, None);
             open::break_up(&mut model);

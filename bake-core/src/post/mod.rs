@@ -1,5 +1,5 @@
-//! Post-processing of moments to a grid: interior fill, then the boundary treatment, then encoding.
-//! All bakers share it; it runs once, on the CPU.
+//! Post-processing of moments to a grid: interior fill, then the near-surface fit or the boundary
+//! treatment, then encoding. All bakers share it; it runs once, on the CPU.
 
 mod boundary;
 mod interior;
@@ -8,7 +8,8 @@ use aogrid_grid_format::{BakeRecord, EncodeError, Encoding, Grid, Interior, Sour
 
 pub use interior::Classification;
 
-use crate::{BakeOptions, Extent, Placement, RawGrid};
+use crate::fit::{self, NearSurface};
+use crate::{BakeOptions, Extent, Moments, Placement, RawGrid};
 
 /// The reason that moments cannot become a grid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -32,13 +33,14 @@ pub enum PostError {
 }
 
 /// Post-processes and encodes the grid that a baker made with `options` at `placement` from
-/// `source`.
+/// `source`. Cells near the surface are fitted to the points of `near` if they are given.
 ///
 /// # Errors
 ///
 /// Every cell is inside the object, or a fully occluded cell at the boundary cannot be faded out.
 pub fn finish(
     mut raw: RawGrid,
+    near: Option<&NearSurface<'_>>,
     placement: &Placement,
     options: &BakeOptions,
     source: Source,
@@ -48,17 +50,14 @@ pub fn finish(
         interior::fill(&mut raw, &classification)?;
     }
     let boundary = boundary::treat(&mut raw, options.boundary)?;
-    let cells: Vec<[f32; 4]> = raw
-        .moments
-        .iter()
-        .map(|cell| {
-            let [x, y, z] = match options.encoding {
-                Encoding::Moment => cell.normalized_moment(),
-                Encoding::Cone | Encoding::Occlusion => cell.axis(),
-            };
-            [x, y, z, cell.a]
-        })
-        .collect();
+    let cells: Vec<[f32; 4]> = match near {
+        Some(near) => fit::fit(&raw, &classification, near),
+        None => raw
+            .moments
+            .iter()
+            .map(|cell| values(cell, options.encoding))
+            .collect(),
+    };
     let record = BakeRecord {
         epsilon: match placement.extent {
             Extent::Epsilon(epsilon) => Some(epsilon),
@@ -71,6 +70,9 @@ pub fn finish(
         interior_cells: classification.interior_cells() as u64,
         inside: classification.inside(),
         boundary,
+        snap: placement.snap && matches!(placement.extent, Extent::Epsilon(_)),
+        fit: near.is_some(),
+        self_offset: options.self_offset,
         source,
     };
     Ok(Grid::encode(
@@ -80,4 +82,13 @@ pub fn finish(
         &cells,
         record,
     )?)
+}
+
+/// Returns the values of a cell that an encoding takes.
+fn values(cell: &Moments, encoding: Encoding) -> [f32; 4] {
+    let [x, y, z] = match encoding {
+        Encoding::Moment => cell.normalized_moment(),
+        Encoding::Cone | Encoding::Occlusion => cell.axis(),
+    };
+    [x, y, z, cell.a]
 }

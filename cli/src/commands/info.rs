@@ -151,6 +151,7 @@ fn grid_lines(grid: &Grid) -> Vec<String> {
         None => "unlimited".into(),
     };
     let epsilon = match record.epsilon {
+        Some(epsilon) if record.snap => format!("epsilon {epsilon}, snapped to the bounding box"),
         Some(epsilon) => format!("epsilon {epsilon}"),
         None => "given half-extents".into(),
     };
@@ -177,6 +178,15 @@ fn grid_lines(grid: &Grid) -> Vec<String> {
         format!(
             "boundary   {:?} (asked for: {:?}), V_M {:.5}",
             boundary.applied, boundary.requested, boundary.v_m
+        ),
+        format!(
+            "surface    {}, looked up {} cells along normals by the object itself",
+            if record.fit {
+                "cells fitted"
+            } else {
+                "cells as baked"
+            },
+            record.self_offset
         ),
         format!(
             "source     {}{}, {} triangles",

@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use aogrid_bake_core::models::Model;
-use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, UNOBSERVED, post};
+use aogrid_bake_core::{Preset, TriangleMesh, UNOBSERVED};
 use aogrid_grid_format::{Grid, Source};
 use glam::Vec3;
 
@@ -42,16 +42,16 @@ pub fn models() -> Result<(Vec<Vertex>, Vec<Grid>), Box<dyn Error>> {
 }
 
 fn bake(mesh: &TriangleMesh, sample: Model) -> Result<Grid, Box<dyn Error>> {
-    let (placement, options) = (Placement::default(), BakeOptions::recommended());
-    let spec = placement.place(&mesh.bounds())?;
-    let raw = aogrid_baker_cpu::bake(mesh, spec, &options, UNOBSERVED)?;
+    let (placement, options) = (Preset::Default.placement(), Preset::Default.options());
     let source = Source {
         name: sample.name().into(),
         part: None,
         blake3: "0".repeat(64),
         triangles: mesh.triangles().len() as u64,
     };
-    Ok(post::finish(raw, &placement, &options, source)?)
+    Ok(aogrid_baker_cpu::bake_grid(
+        mesh, &placement, &options, source, UNOBSERVED,
+    )?)
 }
 
 /// Returns a triangle's vertices with its face normal.

@@ -47,6 +47,9 @@ fn record() -> BakeRecord {
         interior: Interior::Enclosed,
         interior_cells: 12,
         inside: None,
+        snap: false,
+        fit: false,
+        self_offset: 0.0,
         boundary: Boundary {
             requested: BoundaryMode::Jgt,
             applied: BoundaryMode::Rr,

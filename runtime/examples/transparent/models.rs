@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use aogrid_bake_core::models::Model;
-use aogrid_bake_core::{BakeOptions, Placement, UNOBSERVED, post};
+use aogrid_bake_core::{Preset, UNOBSERVED};
 use aogrid_grid_format::{Grid, Source};
 use aogrid_runtime::Instance;
 use glam::{Mat4, Vec3};
@@ -20,16 +20,16 @@ pub fn models() -> Result<Models, Box<dyn Error>> {
     let meshes = [Model::Torus.mesh(None)?, Model::Table.mesh(None)?];
     let mut grids = vec![];
     for mesh in &meshes {
-        let (placement, options) = (Placement::default(), BakeOptions::recommended());
-        let spec = placement.place(&mesh.bounds())?;
-        let raw = aogrid_baker_cpu::bake(mesh, spec, &options, UNOBSERVED)?;
+        let (placement, options) = (Preset::Default.placement(), Preset::Default.options());
         let source = Source {
             name: "sample".into(),
             part: None,
             blake3: "0".repeat(64),
             triangles: mesh.triangles().len() as u64,
         };
-        grids.push(post::finish(raw, &placement, &options, source)?);
+        grids.push(aogrid_baker_cpu::bake_grid(
+            mesh, &placement, &options, source, UNOBSERVED,
+        )?);
     }
     let (mut occluders, mut vertices) = (vec![], vec![]);
     vertices.extend(quad(

@@ -81,6 +81,9 @@ fn record() -> BakeRecord {
         interior: Interior::Enclosed,
         interior_cells: 0,
         inside: None,
+        snap: false,
+        fit: false,
+        self_offset: 0.0,
         boundary: Boundary {
             requested: BoundaryMode::None,
             applied: BoundaryMode::None,

@@ -2,8 +2,8 @@
 
 use aogrid_bake_core::mesh::{self, LoadedMesh, Part};
 use aogrid_bake_core::models::{Model, to_obj};
-use aogrid_bake_core::{BakeOptions, Extent, Placement, TriangleMesh};
-use aogrid_grid_format::{Sampling, Source as MeshSource};
+use aogrid_bake_core::{BakeOptions, Extent, Placement, Preset, TriangleMesh};
+use aogrid_grid_format::{BoundaryMode, Encoding, Sampling, Source as MeshSource};
 use toml::Spanned;
 
 use super::{Builder, NamedMesh};
@@ -149,6 +149,11 @@ impl Builder<'_> {
             }
             return Ok(GridSource::File(resolve(self.source.path, name)));
         }
+        if grid.snap.is_some() && grid.half_extents.is_some() {
+            return Err(error(
+                "`snap` needs a box from `epsilon`, not `half_extents`",
+            ));
+        }
         if grid.epsilon.is_some() && grid.half_extents.is_some() {
             return Err(error("`epsilon` and `half_extents` exclude each other"));
         }
@@ -159,8 +164,12 @@ impl Builder<'_> {
     }
 }
 
+fn preset(grid: &GridFile) -> Preset {
+    grid.preset.map_or(Preset::Default, Into::into)
+}
+
 fn placement(grid: &GridFile) -> Placement {
-    let default = Placement::default();
+    let default = preset(grid).placement();
     Placement {
         resolution: grid
             .resolution
@@ -170,11 +179,12 @@ fn placement(grid: &GridFile) -> Placement {
             (None, Some(epsilon)) => Extent::Epsilon(epsilon.f32()),
             (None, None) => default.extent,
         },
+        snap: grid.snap.unwrap_or(default.snap),
     }
 }
 
 fn bake_options(grid: &GridFile) -> Result<BakeOptions, &'static str> {
-    let default = BakeOptions::recommended();
+    let default = preset(grid).options();
     let sampling = match (grid.rays, grid.face_size, grid.seed) {
         (Some(_), Some(_), _) => return Err("`rays` and `face_size` exclude each other"),
         (None, _, Some(_)) => return Err("`seed` needs `rays`"),
@@ -186,14 +196,19 @@ fn bake_options(grid: &GridFile) -> Result<BakeOptions, &'static str> {
         (None, None, None) => default.sampling,
     };
     let offset = grid.sample_offset.map(|v| v.map(|v| v.0 as f32));
+    let encoding = grid.encoding.map_or(default.encoding, Into::into);
+    let boundary = grid.boundary.map_or(default.boundary, Into::into);
+    let can_fit = encoding == Encoding::Moment && boundary == BoundaryMode::None;
     Ok(BakeOptions {
         sampling,
         max_distance: grid.max_distance.map(|d| d.f32()),
         sample_offset: offset.unwrap_or(default.sample_offset),
         interior: grid.interior.map_or(default.interior, Into::into),
-        boundary: grid.boundary.map_or(default.boundary, Into::into),
-        encoding: grid.encoding.map_or(default.encoding, Into::into),
+        boundary,
+        encoding,
         format: grid.format.map_or(default.format, Into::into),
+        fit: grid.fit.unwrap_or(default.fit && can_fit),
+        self_offset: grid.self_offset.map_or(default.self_offset, |v| v.0 as f32),
     })
 }
 
@@ -201,6 +216,10 @@ fn bake_options(grid: &GridFile) -> Result<BakeOptions, &'static str> {
 fn is_only_file(grid: &GridFile) -> bool {
     let GridFile {
         file: _,
+        preset,
+        snap,
+        fit,
+        self_offset,
         resolution,
         epsilon,
         half_extents,
@@ -215,6 +234,10 @@ fn is_only_file(grid: &GridFile) -> bool {
         sample_offset,
     } = grid;
     resolution.is_none()
+        && preset.is_none()
+        && snap.is_none()
+        && fit.is_none()
+        && self_offset.is_none()
         && epsilon.is_none()
         && half_extents.is_none()
         && face_size.is_none()

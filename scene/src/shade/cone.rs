@@ -3,7 +3,7 @@
 use super::casters::GridShading;
 use super::{Mode, lookups, raster};
 
-pub(super) const MODE: Mode = Mode {
+pub(super) static MODE: Mode = Mode {
     name: "cone",
     summary: "The occluders' grids as cones clipped by the receiver's plane, multiplied",
     needs_light: false,

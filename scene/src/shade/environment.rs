@@ -3,7 +3,7 @@
 use super::casters::GridShading;
 use super::{Mode, light, raster};
 
-pub(super) const MODE: Mode = Mode {
+pub(super) static MODE: Mode = Mode {
     name: "environment",
     summary: "Cones multiplied, and light from the environment except from their directions",
     needs_light: true,

@@ -3,7 +3,7 @@
 use super::casters::GridShading;
 use super::{Mode, light, raster};
 
-pub(super) const MODE: Mode = Mode {
+pub(super) static MODE: Mode = Mode {
     name: "environment-merge",
     summary: "The same with the cones merged",
     needs_light: true,

@@ -3,7 +3,7 @@
 use super::casters::GridShading;
 use super::{Mode, lookups, raster};
 
-pub(super) const MODE: Mode = Mode {
+pub(super) static MODE: Mode = Mode {
     name: "merge",
     summary: "The same cones merged, one after the other in the scene's order",
     needs_light: false,

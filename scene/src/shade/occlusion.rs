@@ -3,7 +3,7 @@
 use super::casters::GridShading;
 use super::{Mode, lookups, raster};
 
-pub(super) const MODE: Mode = Mode {
+pub(super) static MODE: Mode = Mode {
     name: "occlusion",
     summary: "The occluders' grids without regard to normals, multiplied",
     needs_light: false,

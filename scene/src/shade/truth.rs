@@ -6,7 +6,7 @@ use super::{Mode, ShadeInput, Shaded, glossy};
 use crate::error::{Context, Result};
 use crate::reference::{self, Lighting, ShadingEstimate};
 
-pub(super) const MODE: Mode = Mode {
+pub(super) static MODE: Mode = Mode {
     name: "truth",
     summary: "Ray tracing of the whole scene",
     needs_light: false,

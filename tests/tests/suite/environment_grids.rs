@@ -63,6 +63,7 @@ fn receivers_with_grids(name: &str, settings: &Settings) -> OccludedReceivers {
         let placement = Placement {
             resolution: [settings.resolution; 3],
             extent: Extent::Epsilon(settings.epsilon),
+            snap: false,
         };
         mesh.grid = GridSource::Bake(placement, options);
     }

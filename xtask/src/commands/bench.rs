@@ -139,7 +139,7 @@ fn measure(path: &Path, args: &Args, console: &Console) -> anyhow::Result<ModelR
     let shown = || path.display().to_string();
     let loaded = mesh::load(path).with_context(shown)?;
     let placement = Placement {
-        resolution: args.shared.resolution,
+        resolution: args.shared.resolution.unwrap_or([32; 3]),
         ..Placement::default()
     };
     let mut options = BakeOptions::recommended();
@@ -167,7 +167,8 @@ fn measure(path: &Path, args: &Args, console: &Console) -> anyhow::Result<ModelR
             } = timed.with_context(shown)?;
             *provenance = Some(found);
             let start = Instant::now();
-            post::finish(raw, &placement, &options, Source::from(&loaded)).with_context(shown)?;
+            post::finish(raw, None, &placement, &options, Source::from(&loaded))
+                .with_context(shown)?;
             if repeat > 0 {
                 samples.push([prepare_s, visibility_s, start.elapsed().as_secs_f64()]);
             }

@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use aogrid_bake_core::{BakeOptions, Extent, Placement};
+use aogrid_bake_core::{BakeOptions, Extent, Placement, Preset};
 use aogrid_baker_cpu::Algorithm;
 use aogrid_baker_gpu::AdapterSelector;
 use aogrid_grid_format::{
-    BoundaryMode, Encoding, FACE_SIZES, Interior, MAX_RESOLUTION, MIN_RESOLUTION, RAY_COUNTS,
-    Sampling, TexelFormat,
+    BoundaryMode, Encoding, FACE_SIZES, Interior, MAX_RESOLUTION, MAX_SELF_OFFSET, MIN_RESOLUTION,
+    RAY_COUNTS, Sampling, TexelFormat,
 };
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -27,11 +27,20 @@ pub(crate) struct Args {
     /// The grid file to write (*.ao.ktx2), or a folder for several
     #[arg(short, long, value_name = "OUT")]
     pub out: PathBuf,
+    /// Options that belong together, which other options then change: shadows near to ray tracing
+    /// in 128 KiB (default), 16 KiB (economy) or 432 KiB (fine), or the method of the papers
+    #[arg(long, default_value = "default", value_parser = named(Preset::ALL, Preset::name, &[]))]
+    pub preset: Preset,
     #[command(flatten)]
     pub shared: SharedArgs,
-    /// Extend the grid to where the model occludes about this share of the sphere
-    #[arg(long, default_value_t = 0.1, value_parser = positive, conflicts_with = "half_extents", allow_hyphen_values = true)]
-    pub epsilon: f32,
+    /// Extend the grid to where the model occludes about this share of the sphere [default: 0.8;
+    /// paper: 0.1]
+    #[arg(long, value_parser = positive, conflicts_with = "half_extents", allow_hyphen_values = true)]
+    pub epsilon: Option<f32>,
+    /// Adjust the box until layers of cells' centers lie just outside the model's bounding box
+    /// [default: on; paper: off]
+    #[arg(long, value_enum, conflicts_with = "half_extents")]
+    pub snap: Option<Switch>,
     /// Half-extents of the grid instead, in the model's units, around its bounding box's center
     #[arg(long, value_name = "X,Y,Z", value_parser = half_extents, allow_hyphen_values = true)]
     pub half_extents: Option<[f32; 3]>,
@@ -48,21 +57,31 @@ pub(crate) struct Args {
     /// unlimited]
     #[arg(long, value_name = "D", value_parser = positive, allow_hyphen_values = true)]
     pub max_distance: Option<f32>,
-    /// Content of a texel: the occluded share of the sphere, or that and its average direction
-    #[arg(long, default_value = "cone", value_parser = named(Encoding::ALL, Encoding::name, &[]))]
-    pub encoding: Encoding,
+    /// Content of a texel: the occluded share of the sphere with the first moment of its
+    /// directions, with its average direction, or alone [default: moment; paper: cone]
+    #[arg(long, value_parser = named(Encoding::ALL, Encoding::name, &[]))]
+    pub encoding: Option<Encoding>,
     /// Storage format of a texel's values
     #[arg(long, default_value = "unorm8", value_parser = named(TexelFormat::ALL, TexelFormat::name, &[]))]
     pub format: TexelFormat,
     /// Boundary treatment, which fades occlusion out at the grid's boundary: as in the journal
-    /// paper, as in the research report, or none
-    #[arg(long, default_value = "jgt", value_parser = named(BoundaryMode::ALL, BoundaryMode::name, &[]))]
-    pub boundary: BoundaryMode,
+    /// paper, as in the research report, or none [default: none; paper: jgt]
+    #[arg(long, value_parser = named(BoundaryMode::ALL, BoundaryMode::name, &[]))]
+    pub boundary: Option<BoundaryMode>,
     /// Cells that count as inside the model and are filled from their neighbors: those inside by
     /// the signed count of surface layers, even if the mesh has holes; only those that see no sky;
-    /// or none
-    #[arg(long, default_value = "signed", value_parser = named(Interior::ALL, Interior::name, &[("fill", "enclosed")]))]
-    pub interior: Interior,
+    /// or none [default: signed; paper: enclosed]
+    #[arg(long, value_parser = named(Interior::ALL, Interior::name, &[("fill", "enclosed")]))]
+    pub interior: Option<Interior>,
+    /// Fit cells near the surface so that what is interpolated between them is right; bakes a
+    /// second, finer grid around the model [default: on where the encoding is moment and the
+    /// boundary none; paper: off]
+    #[arg(long, value_enum)]
+    pub fit: Option<Switch>,
+    /// Distance along its normal, in cells, at which the model's own surface looks up the grid, 0
+    /// to 2; renderers read it from the file [default: 0.25; paper: 0]
+    #[arg(long, value_name = "CELLS", value_parser = self_offset, allow_hyphen_values = true)]
+    pub self_offset: Option<f32>,
     /// Position of a cell's sample, in cells from the center, each within ±0.5
     /// [default: 0.00031,-0.00017,0.00043]
     #[arg(long, value_name = "X,Y,Z", value_parser = sample_offset, allow_hyphen_values = true)]
@@ -85,15 +104,16 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Examples:
   aogrid bake assets/table.obj -o table.ao.ktx2
-  aogrid bake assets/robot.obj --parts --resolution 16 -o robot-parts
+  aogrid bake assets/robot.obj --parts --preset economy -o robot-parts
+  aogrid bake assets/table.obj --preset paper -o paper.ao.ktx2
   aogrid bake assets/box.obj -o mc.ao.ktx2 --sampling monte-carlo --rays 1024 --seed 7";
 
 /// The options that `bake` and `bench` share.
 #[derive(clap::Args)]
 pub struct SharedArgs {
-    /// Cells along the axes, 8 to 2048 each: one number, or three as in 32x24x32
-    #[arg(long, default_value = "32", value_parser = resolution, allow_hyphen_values = true)]
-    pub resolution: [u32; 3],
+    /// Cells along the axes, 8 to 2048 each: one number, or three as in 32x24x32 [default: 32]
+    #[arg(long, value_parser = resolution, allow_hyphen_values = true)]
+    pub resolution: Option<[u32; 3]>,
     /// Texels along a cube face's side, 8 to 128 [default: 16]
     #[arg(long, value_parser = face_size)]
     pub face_size: Option<u32>,
@@ -111,6 +131,13 @@ pub struct SharedArgs {
     /// Threads to bake with [default: as many as there are processors]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
+}
+
+/// The value of an option that is on or off.
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(crate) enum Switch {
+    On,
+    Off,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -165,12 +192,15 @@ impl SharedArgs {
 impl Args {
     /// Returns the placement of the grid.
     pub(crate) fn placement(&self) -> Placement {
+        let preset = self.preset.placement();
         Placement {
-            resolution: self.shared.resolution,
-            extent: match self.half_extents {
-                Some(given) => Extent::HalfExtents(given),
-                None => Extent::Epsilon(self.epsilon),
+            resolution: self.shared.resolution.unwrap_or(preset.resolution),
+            extent: match (self.half_extents, self.epsilon) {
+                (Some(given), _) => Extent::HalfExtents(given),
+                (None, Some(epsilon)) => Extent::Epsilon(epsilon),
+                (None, None) => preset.extent,
             },
+            snap: self.snap.map_or(preset.snap, |switch| switch == Switch::On),
         }
     }
 
@@ -197,7 +227,11 @@ impl Args {
                 message,
             ));
         }
-        Ok(BakeOptions {
+        let preset = self.preset.options();
+        let encoding = self.encoding.unwrap_or(preset.encoding);
+        let boundary = self.boundary.unwrap_or(preset.boundary);
+        let can_fit = encoding == Encoding::Moment && boundary == BoundaryMode::None;
+        let options = BakeOptions {
             sampling: match self.sampling {
                 SamplingArg::Faces => Sampling::CubeFaces {
                     size: self.shared.face_size.unwrap_or(16),
@@ -209,11 +243,23 @@ impl Args {
             },
             max_distance: self.max_distance,
             sample_offset: self.sample_offset.unwrap_or(BakeOptions::SAMPLE_OFFSET),
-            interior: self.interior,
-            boundary: self.boundary,
-            encoding: self.encoding,
+            interior: self.interior.unwrap_or(preset.interior),
+            boundary,
+            encoding,
             format: self.format,
-        })
+            fit: match self.fit {
+                Some(switch) => switch == Switch::On,
+                None => preset.fit && can_fit,
+            },
+            self_offset: self.self_offset.unwrap_or(preset.self_offset),
+        };
+        options.validate().map_err(|error| {
+            clap::Error::raw(
+                clap::error::ErrorKind::ArgumentConflict,
+                format!("{error}\n"),
+            )
+        })?;
+        Ok(options)
     }
 }
 
@@ -291,6 +337,13 @@ fn sample_offset(text: &str) -> Result<[f32; 3], String> {
     match numbers.iter().all(|v| v.abs() <= 0.5) {
         true => Ok(numbers),
         false => Err("each must be within ±0.5 of a cell".into()),
+    }
+}
+
+fn self_offset(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(v) if (0.0..=MAX_SELF_OFFSET).contains(&v) => Ok(v),
+        _ => Err(format!("it must be a number from 0 to {MAX_SELF_OFFSET}")),
     }
 }
 

@@ -158,6 +158,9 @@ pub(super) fn up_to_date(
         && record.max_distance == options.max_distance
         && record.interior == options.interior
         && record.boundary.requested == options.boundary
+        && record.snap == (placement.snap && record.epsilon.is_some())
+        && record.fit == options.fit
+        && record.self_offset == options.self_offset
         && record.source.name == file.name()
         && record.source.part == job.part_name
         && record.source.blake3 == file.blake3();

@@ -9,15 +9,15 @@ use std::time::Instant;
 
 use anyhow::Context;
 use aogrid_bake_core::mesh::{LoadedMesh, MeshFile, MeshReport};
-use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, post, warnings};
-use aogrid_grid_format::{GridSpec, Source};
+use aogrid_bake_core::{BakeOptions, Placement, RawGrid, TriangleMesh, bake_grid, warnings};
+use aogrid_grid_format::Source;
 
 pub(crate) use args::Args;
 pub use args::{SharedArgs, face_size, resolution};
 use jobs::{Job, Jobs};
 use report::{BackendReport, Baked, Outcome, Outputs, Times};
 
-use crate::backend::Backend;
+use crate::backend::{Backend, Provenance, TimedBake};
 use crate::console::Console;
 use crate::{interrupt, output};
 
@@ -111,7 +111,7 @@ impl ModelBaker<'_> {
             return Ok(Outcome::dry_run(job, &report, &spec));
         }
         output::check(&job.out)?;
-        let baked = self.bake(job, mesh, spec, report, console)?;
+        let baked = self.bake(job, mesh, report, console)?;
         for warning in warnings(&baked.grid, &baked.report) {
             console.warning(&format!("{}: {warning}", job.title));
         }
@@ -123,21 +123,9 @@ impl ModelBaker<'_> {
         &mut self,
         job: &Job,
         mesh: &TriangleMesh,
-        spec: GridSpec,
         report: MeshReport,
         console: &Console,
     ) -> anyhow::Result<Baked> {
-        let bar = console.progress(&job.title);
-        let timed = self
-            .backend
-            .bake(mesh, spec, self.options, &|progress| bar.observe(progress))
-            .with_context(|| job.title.clone())?;
-        drop(bar);
-        if let Some(failure) = &timed.gpu_failure {
-            console.warning(&format!("{}: baked on the CPU: {failure}", job.title));
-        }
-
-        let started = Instant::now();
         let source = Source {
             part: job
                 .part
@@ -145,20 +133,65 @@ impl ModelBaker<'_> {
             triangles: mesh.triangles().len() as u64,
             ..Source::from(self.loaded)
         };
-        let grid = post::finish(timed.raw, self.placement, self.options, source)
-            .with_context(|| job.title.clone())?;
+        let mut stages = Stages::default();
+        let started = Instant::now();
+        let backend = &mut *self.backend;
+        let grid = bake_grid(
+            mesh,
+            self.placement,
+            self.options,
+            source,
+            |spec, options| {
+                let bar = console.progress(&stages.title(&job.title));
+                let timed = backend.bake(mesh, spec, options, &|progress| bar.observe(progress))?;
+                drop(bar);
+                if let Some(failure) = &timed.gpu_failure {
+                    console.warning(&format!("{}: baked on the CPU: {failure}", job.title));
+                }
+                Ok(stages.push(timed))
+            },
+        );
+        let grid = grid.map_err(|error: anyhow::Error| error.context(job.title.clone()))?;
+        let total_s = started.elapsed().as_secs_f64();
         Ok(Baked {
             grid,
             report,
-            backend: BackendReport::new(timed.provenance),
+            backend: BackendReport::new(stages.provenance.context("nothing was baked")?),
             times: Times {
                 load_s: self.load_s,
-                prepare_s: timed.prepare_s,
-                visibility_s: timed.visibility_s,
-                post_s: started.elapsed().as_secs_f64(),
+                prepare_s: stages.prepare_s,
+                visibility_s: stages.visibility_s,
+                post_s: total_s - stages.prepare_s - stages.visibility_s,
                 threads: rayon::current_num_threads(),
             },
         })
+    }
+}
+
+/// The device and times of a grid's bakes: of its cells, and of the finer lattice of the fit.
+#[derive(Default)]
+struct Stages {
+    /// The device and algorithm of the first.
+    provenance: Option<Provenance>,
+    prepare_s: f64,
+    visibility_s: f64,
+}
+
+impl Stages {
+    /// Returns the title of the next bake's progress.
+    fn title(&self, job: &str) -> String {
+        match self.provenance {
+            None => job.to_owned(),
+            Some(_) => format!("{job}, near the surface"),
+        }
+    }
+
+    /// Adds a bake and returns its moments.
+    fn push(&mut self, timed: TimedBake) -> RawGrid {
+        self.provenance.get_or_insert(timed.provenance);
+        self.prepare_s += timed.prepare_s;
+        self.visibility_s += timed.visibility_s;
+        timed.raw
     }
 }
 

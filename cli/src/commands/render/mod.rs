@@ -6,7 +6,7 @@ mod output;
 use anyhow::{bail, ensure};
 use aogrid_baker_gpu::Context;
 use aogrid_scene::reference::Environment;
-use aogrid_scene::shade::{Gpu, Mode, ShadeInput, Shaded, StageObserver, Target};
+use aogrid_scene::shade::{Gpu, Mode, ShadeInput, Shaded, Target};
 use aogrid_scene::{EnvironmentSource, GBuffer, LoadOptions, Scene};
 
 pub(crate) use args::Args;
@@ -44,10 +44,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         Some(source) => Some(load_environment(source, console)?),
         None => None,
     };
-    let stages = |name: &str| -> StageObserver {
-        let bar = console.progress(name);
-        Box::new(move |progress| bar.observe(progress))
-    };
+    let stages = |name: &str| console.stage(name);
     let mut input = ShadeInput::new(&scene, &target);
     input.environment = environment.as_ref();
     input.gpu = gpu.as_ref().map(|gpu| Gpu {

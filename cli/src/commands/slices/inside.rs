@@ -25,6 +25,8 @@ pub(super) fn classify(
         boundary: record.boundary.requested,
         encoding: grid.encoding(),
         format: grid.format(),
+        fit: record.fit,
+        self_offset: record.self_offset,
     };
     let bar = console.progress("inside");
     let raw = Baker::new(None)

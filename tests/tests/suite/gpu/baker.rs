@@ -81,7 +81,7 @@ fn baking_occlusion_alone_gives_the_same_occlusion() {
                 blake3: "0".repeat(64),
                 triangles: 1,
             };
-            let grid = post::finish(raw, &Placement::default(), &options, source);
+            let grid = post::finish(raw, None, &Placement::default(), &options, source);
             grid.unwrap().texels().to_vec()
         };
         assert_eq!(texels(raw), texels(with_directions));

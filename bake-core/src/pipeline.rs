@@ -1,0 +1,74 @@
+//! The whole bake of a grid: placement, visibility, and post-processing.
+
+use aogrid_grid_format::{Grid, GridSpec, Source, SpecError};
+
+use crate::fit::{self, NearSurface};
+use crate::post::{self, PostError};
+use crate::{BakeOptions, OptionsError, Placement, PlacementError, RawGrid, TriangleMesh};
+
+/// The reason that a grid cannot be baked, besides those of the baker.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PipelineError {
+    /// An option is out of range.
+    #[error(transparent)]
+    Options(#[from] OptionsError),
+    /// The grid cannot be placed.
+    #[error(transparent)]
+    Placement(#[from] PlacementError),
+    /// The lattice of the near-surface fit is too large.
+    #[error("the near-surface fit's lattice is invalid: lower the resolution, or bake without it")]
+    Lattice(#[source] SpecError),
+    /// The moments cannot become a grid.
+    #[error(transparent)]
+    Post(#[from] PostError),
+}
+
+/// Bakes the grid of `mesh` at `placement` with `options`, for the record of `source`.
+///
+/// `visibility` bakes the moments of a grid's cells, by any baker. It is called once, and for the
+/// near-surface fit a second time for a finer lattice around the object.
+///
+/// # Errors
+///
+/// An option is out of range, the mesh cannot be placed or its moments cannot become a grid, or
+/// `visibility` failed.
+pub fn bake_grid<E: From<PipelineError>>(
+    mesh: &TriangleMesh,
+    placement: &Placement,
+    options: &BakeOptions,
+    source: Source,
+    visibility: impl FnMut(GridSpec, &BakeOptions) -> Result<RawGrid, E>,
+) -> Result<Grid, E> {
+    let spec = placement
+        .place(&mesh.bounds())
+        .map_err(PipelineError::from)?;
+    bake_grid_at(spec, mesh, placement, options, source, visibility)
+}
+
+/// Bakes a grid like [`bake_grid`], but with the box of `spec`; `placement` is only recorded.
+///
+/// # Errors
+///
+/// The same as those of [`bake_grid`].
+pub fn bake_grid_at<E: From<PipelineError>>(
+    spec: GridSpec,
+    mesh: &TriangleMesh,
+    placement: &Placement,
+    options: &BakeOptions,
+    source: Source,
+    mut visibility: impl FnMut(GridSpec, &BakeOptions) -> Result<RawGrid, E>,
+) -> Result<Grid, E> {
+    options.validate().map_err(PipelineError::from)?;
+    let raw = visibility(spec, options)?;
+    let near = match options.fit {
+        true => {
+            let lattice = fit::lattice(&spec, &mesh.bounds()).map_err(PipelineError::Lattice)?;
+            let points = visibility(lattice, &fit::point_options(options))?;
+            Some(NearSurface { mesh, points })
+        }
+        false => None,
+    };
+    let grid = post::finish(raw, near.as_ref(), placement, options, source);
+    Ok(grid.map_err(PipelineError::from)?)
+}

@@ -1,0 +1,208 @@
+//! The surface of a mesh: points on it, the distance to it, and whether a point is inside.
+
+use aogrid_bake_core::TriangleMesh;
+use aogrid_bake_core::mesh::MeshReport;
+use aogrid_baker_cpu::RayScene;
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::quasi::Quasi;
+use crate::reference::Receiver;
+
+/// The share of boundary edges up to which a mesh counts as a solid with a few holes. Scans and
+/// models have up to 4 %; sheets and bowls, whose hollow is no inside, have more.
+const MAX_BOUNDARY_SHARE: f64 = 0.04;
+
+/// The number of rays that tell an enclosed point.
+const ENCLOSURE_RAYS: usize = 128;
+
+/// The triangles of a mesh in double precision.
+pub(super) struct Surface {
+    triangles: Vec<Triangle>,
+    /// The areas of the triangles up to and including each.
+    cumulative_areas: Vec<f64>,
+    is_solid: bool,
+    rays: RayScene,
+}
+
+struct Triangle {
+    corners: [DVec3; 3],
+    /// A sphere around the corners.
+    center: DVec3,
+    radius: f64,
+}
+
+impl Surface {
+    pub(super) fn new(mesh: &TriangleMesh) -> Self {
+        let triangles: Vec<_> = mesh.corners().map(Triangle::new).collect();
+        let mut total = 0.0;
+        let areas = triangles.iter().map(|triangle| {
+            total += triangle.area_normal().length();
+            total
+        });
+        let report = MeshReport::new(mesh);
+        let n_edges = 1.5 * triangles.len() as f64;
+        Self {
+            cumulative_areas: areas.collect(),
+            is_solid: report.boundary_edges as f64 <= MAX_BOUNDARY_SHARE * n_edges,
+            triangles,
+            rays: RayScene::new(mesh),
+        }
+    }
+
+    /// Returns the point of the surface, evenly by area, for a point of the unit cube, with the
+    /// normal by the right-hand rule.
+    pub(super) fn point(&self, [along, s, t]: [f64; 3]) -> Receiver {
+        let total = self.cumulative_areas.last().copied().unwrap_or(0.0);
+        let found = |area: &f64| *area <= along * total;
+        let idx = self.cumulative_areas.partition_point(found);
+        let triangle = &self.triangles[idx.min(self.triangles.len() - 1)];
+        // Fold the unit square onto the triangle s + t ≤ 1.
+        let [s, t] = if s + t > 1.0 {
+            [1.0 - s, 1.0 - t]
+        } else {
+            [s, t]
+        };
+        let [a, b, c] = triangle.corners;
+        Receiver {
+            position: (a + s * (b - a) + t * (c - a)).to_array(),
+            normal: triangle.area_normal().normalize().to_array(),
+        }
+    }
+
+    /// Returns the closest point of the surface that is nearer than `limit`, if there is one.
+    pub(super) fn closest(&self, point: DVec3, limit: f64) -> Option<DVec3> {
+        let (mut best, mut found) = (limit, None);
+        for triangle in &self.triangles {
+            if (point - triangle.center).length() - triangle.radius < best {
+                let candidate = triangle.closest(point);
+                let distance = (point - candidate).length();
+                if distance < best {
+                    (best, found) = (distance, Some(candidate));
+                }
+            }
+        }
+        found
+    }
+
+    /// Whether a point is inside: enclosed on all sides, or inside a solid that may have holes, by
+    /// the generalized winding number (Van Oosterom and Strackee, *The Solid Angle of a Plane
+    /// Triangle*, 1983).
+    pub(super) fn is_inside(&self, point: DVec3) -> bool {
+        if self.is_solid {
+            let solid_angles = self.triangles.par_iter().map(|t| t.solid_angle(point));
+            // Summed in order, so that the result does not depend on the number of threads.
+            let winding: f64 = solid_angles.collect::<Vec<_>>().iter().sum();
+            if winding > 2.0 * std::f64::consts::PI {
+                return true;
+            }
+        }
+        let quasi = Quasi::<2>::new(0);
+        (0..ENCLOSURE_RAYS).all(|idx| {
+            let direction = sphere(quasi.point(idx)).to_array();
+            let unlimited = f64::INFINITY;
+            self.rays
+                .is_occluded(point.to_array(), direction, unlimited)
+        })
+    }
+}
+
+/// Returns the unit vector, evenly by solid angle, for a point of the unit square.
+pub(super) fn sphere([s, t]: [f64; 2]) -> DVec3 {
+    let z = 2.0 * s - 1.0;
+    let (sin, cos) = (std::f64::consts::TAU * t).sin_cos();
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    DVec3::new(r * cos, r * sin, z)
+}
+
+impl Triangle {
+    fn new(corners: [[f32; 3]; 3]) -> Self {
+        let corners = corners.map(|p| DVec3::from(p.map(f64::from)));
+        let center = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let radii = corners.map(|p| (p - center).length());
+        Self {
+            corners,
+            center,
+            radius: radii.into_iter().fold(0.0, f64::max),
+        }
+    }
+
+    /// Returns the normal by the right-hand rule; its length is twice the area.
+    fn area_normal(&self) -> DVec3 {
+        let [a, b, c] = self.corners;
+        (b - a).cross(c - a)
+    }
+
+    /// Returns the signed solid angle that the triangle subtends at a point.
+    fn solid_angle(&self, point: DVec3) -> f64 {
+        let [a, b, c] = self.corners.map(|p| p - point);
+        let [la, lb, lc] = [a, b, c].map(DVec3::length);
+        let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+        2.0 * a.dot(b.cross(c)).atan2(denominator)
+    }
+
+    /// Returns the closest point (Ericson, *Real-Time Collision Detection*, 5.1.5).
+    fn closest(&self, p: DVec3) -> DVec3 {
+        let [a, b, c] = self.corners;
+        let (ab, ac, ap) = (b - a, c - a, p - a);
+        let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+        if d1 <= 0.0 && d2 <= 0.0 {
+            return a;
+        }
+        let (d3, d4) = (ab.dot(p - b), ac.dot(p - b));
+        if d3 >= 0.0 && d4 <= d3 {
+            return b;
+        }
+        let vc = d1 * d4 - d3 * d2;
+        if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+            return a + d1 / (d1 - d3) * ab;
+        }
+        let (d5, d6) = (ab.dot(p - c), ac.dot(p - c));
+        if d6 >= 0.0 && d5 <= d6 {
+            return c;
+        }
+        let vb = d5 * d2 - d1 * d6;
+        if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+            return a + d2 / (d2 - d6) * ac;
+        }
+        let va = d3 * d6 - d5 * d4;
+        if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+            return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
+        }
+        let sum = va + vb + vc;
+        a + vb / sum * ab + vc / sum * ac
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use aogrid_bake_core::models::Model;
+
+    #[test]
+    fn closest_points_of_a_box_are_those_of_its_faces_edges_and_corners() {
+        let surface = Surface::new(&Model::Box.mesh(None).unwrap());
+        for (point, closest) in [
+            ([0.1, 1.4, -0.2], [0.1, 1.0, -0.2]),
+            ([0.8, 1.4, -0.2], [0.5, 1.0, -0.2]),
+            ([0.8, 1.4, -0.9], [0.5, 1.0, -0.5]),
+            ([0.1, 0.5, -0.45], [0.1, 0.5, -0.5]),
+        ] {
+            let found = surface.closest(DVec3::from(point), 1.0).unwrap();
+            assert!((found - DVec3::from(closest)).length() < 1e-12, "{found}");
+        }
+        assert_eq!(surface.closest(DVec3::new(0.0, 2.5, 0.0), 1.4), None);
+    }
+
+    #[test]
+    fn solids_with_holes_have_an_inside_and_bowls_have_none() {
+        let is_inside = |model: Model, point: [f64; 3]| {
+            let surface = Surface::new(&model.mesh(None).unwrap());
+            surface.is_inside(DVec3::from(point))
+        };
+        assert!(is_inside(Model::Box, [0.4, 0.9, 0.4]));
+        assert!(!is_inside(Model::Box, [0.6, 0.9, 0.4]));
+        assert!(!is_inside(Model::Bowl, [0.0, 0.1, 0.0]));
+        assert!(!is_inside(Model::OpenBox, [0.0, 0.5, 0.0]));
+    }
+}
