@@ -183,6 +183,7 @@ impl Workload<'_> {
         let descriptor = MergePassDescriptor {
             label: "merge".into(),
             format: FLOATS,
+            mean: false,
             gbuffer: FORMAT,
             front_face: wgpu::FrontFace::Ccw,
         };
@@ -216,7 +217,7 @@ impl Workload<'_> {
         // The same texel size as the raster pass that it is compared with.
         let (output, target) = match combine {
             Combine::Multiply => (Output::Transmittance, wgpu::TextureFormat::R32Float),
-            Combine::Merge => (Output::TransmittanceAndAxis, FLOATS),
+            Combine::Merge | Combine::Mean => (Output::TransmittanceAndAxis, FLOATS),
         };
         let descriptor = TiledPassDescriptor {
             label: "tiled".into(),

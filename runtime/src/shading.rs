@@ -308,6 +308,17 @@ pub fn aogrid_merge(
     [x, y, z, t.max(0.0)]
 }
 
+/// Combines occluders as halfway between independent and united cones: the mean of both
+/// transmittances, of everything so far and one more occluder.
+pub fn aogrid_mean(
+    accumulated: [f32; 4],
+    contribution: [f32; 4],
+    overlaps: &CpuTexture,
+) -> [f32; 4] {
+    let [x, y, z, merged] = aogrid_merge(accumulated, contribution, overlaps);
+    [x, y, z, 0.5 * (accumulated[3] * contribution[3] + merged)]
+}
+
 /// The texture coordinates in T_merge. Without an axis, γ is a right angle.
 pub fn aogrid_merge_coordinate(accumulated: [f32; 4], contribution: [f32; 4]) -> [f32; 3] {
     let [d1, d2] = [accumulated, contribution].map(|[x, y, z, _]| [x, y, z]);

@@ -242,6 +242,14 @@ fn aogrid_merge(accumulated: vec4f, contribution: vec4f, overlaps: texture_3d<f3
     return vec4f(accumulated.xyz + contribution.xyz, max(t, 0.0));
 }
 
+/// Combines occluders as halfway between independent and united cones: the mean of both
+/// transmittances, of everything so far and one more occluder.
+fn aogrid_mean(accumulated: vec4f, contribution: vec4f, overlaps: texture_3d<f32>,
+               linear_clamp: sampler) -> vec4f {
+    let merged = aogrid_merge(accumulated, contribution, overlaps, linear_clamp);
+    return vec4f(merged.xyz, 0.5 * fma(accumulated.w, contribution.w, merged.w));
+}
+
 /// The texture coordinates in T_merge. Without an axis, gamma is a right angle.
 fn aogrid_merge_coordinate(accumulated: vec4f, contribution: vec4f) -> vec3f {
     let cos_gamma = aogrid_cos_beta(accumulated.xyz, contribution.xyz)

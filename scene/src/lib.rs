@@ -110,6 +110,8 @@ pub struct Instance {
     pub casts: bool,
     /// The factor for the grid's occlusion. Truth ignores it.
     pub strength: f32,
+    /// The AO at which the far field ends, 0..=1; `None` leaves it to the grid. Truth ignores it.
+    pub far_field: Option<f32>,
     /// The layers that the instance belongs to as a receiver, a bit each.
     pub layers: u32,
     /// The layers that the instance casts on as an occluder, a bit each. Truth ignores layers.

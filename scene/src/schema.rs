@@ -177,6 +177,7 @@ pub(super) struct InstanceFile {
     pub material: Option<Spanned<String>>,
     pub casts: Option<bool>,
     pub strength: Option<NonNegative>,
+    pub far_field: Option<NonNegative>,
     pub layers: Option<Vec<Layer>>,
     pub casts_on: Option<Vec<Layer>>,
     #[serde(default)]

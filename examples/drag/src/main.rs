@@ -46,7 +46,7 @@ enum Action {
 }
 
 /// The keys: their code in window events, their name on the command line, and their effect.
-const KEYS: [(KeyCode, &str, Action); 7] = [
+const KEYS: [(KeyCode, &str, Action); 9] = [
     (KeyCode::Digit1, "1", Action::Shade(Shading::None)),
     (KeyCode::Digit2, "2", Action::Shade(Shading::Occlusion)),
     (
@@ -69,6 +69,16 @@ const KEYS: [(KeyCode, &str, Action); 7] = [
         "6",
         Action::Shade(Shading::Tiled(Combine::Merge)),
     ),
+    (
+        KeyCode::Digit7,
+        "7",
+        Action::Shade(Shading::Cone(Combine::Mean)),
+    ),
+    (
+        KeyCode::Digit8,
+        "8",
+        Action::Shade(Shading::Tiled(Combine::Mean)),
+    ),
     (KeyCode::KeyE, "e", Action::ToggleSky),
 ];
 
@@ -83,7 +93,7 @@ impl Action {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut args = std::env::args().skip(1);
-    let usage = "usage: drag [--screenshot OUT.png [1..6|e]...]";
+    let usage = "usage: drag [--screenshot OUT.png [1..8|e]...]";
     let screenshot = match (args.next().as_deref(), args.next()) {
         (None, _) => None,
         (Some("--screenshot"), Some(path)) => Some(path),

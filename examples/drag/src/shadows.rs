@@ -57,8 +57,10 @@ pub struct Shadows {
     occlusion: OcclusionPass,
     multiply: OcclusionPass,
     merge: MergePass,
+    mean: MergePass,
     tiled_multiply: TiledPass,
     tiled_merge: TiledPass,
+    tiled_mean: TiledPass,
     grids: Vec<GridTexture>,
     atlas: GridAtlas,
 }
@@ -100,11 +102,15 @@ impl Shadows {
             };
             TiledPass::new(device, queue, descriptor)
         };
-        let merge = MergePassDescriptor {
-            label: "Merge".into(),
-            format: wgpu::TextureFormat::Rgba16Float,
-            gbuffer,
-            front_face: wgpu::FrontFace::Ccw,
+        let in_pair = |mean| {
+            let descriptor = MergePassDescriptor {
+                label: if mean { "Mean" } else { "Merge" }.into(),
+                format: wgpu::TextureFormat::Rgba16Float,
+                mean,
+                gbuffer,
+                front_face: wgpu::FrontFace::Ccw,
+            };
+            MergePass::new(device, queue, descriptor)
         };
         let textures = grids
             .iter()
@@ -112,9 +118,11 @@ impl Shadows {
         Ok(Self {
             occlusion: by_raster(Mode::Occlusion, Output::Transmittance, DARKENED)?,
             multiply: by_raster(Mode::Cone, Output::TransmittanceAndAxis, BLENDED)?,
-            merge: MergePass::new(device, queue, merge)?,
+            merge: in_pair(false)?,
+            mean: in_pair(true)?,
             tiled_multiply: in_tiles(Combine::Multiply)?,
             tiled_merge: in_tiles(Combine::Merge)?,
+            tiled_mean: in_tiles(Combine::Mean)?,
             grids: textures.collect::<Result<_, _>>()?,
             atlas: GridAtlas::new(device, queue, &grids.iter().collect::<Vec<_>>(), "grids")?,
         })
@@ -154,10 +162,12 @@ impl Shadows {
             Shading::Occlusion => self.occlusion.prepare(device, queue, &frame)?,
             Shading::Cone(Combine::Multiply) => self.multiply.prepare(device, queue, &frame)?,
             Shading::Cone(Combine::Merge) => self.merge.prepare(device, queue, &frame)?,
+            Shading::Cone(Combine::Mean) => self.mean.prepare(device, queue, &frame)?,
             Shading::Tiled(Combine::Multiply) => {
                 self.tiled_multiply.prepare(device, queue, &tiled)?;
             }
             Shading::Tiled(Combine::Merge) => self.tiled_merge.prepare(device, queue, &tiled)?,
+            Shading::Tiled(Combine::Mean) => self.tiled_mean.prepare(device, queue, &tiled)?,
         }
         Ok(())
     }
@@ -177,9 +187,12 @@ impl Shadows {
         let tiled = match shading {
             Shading::Tiled(Combine::Multiply) => &self.tiled_multiply,
             Shading::Tiled(Combine::Merge) => &self.tiled_merge,
-            Shading::Cone(Combine::Merge) => {
-                self.merge.record(encoder, Some(view.depth));
-                return with_axes(self.merge.result().unwrap_or(view.blended));
+            Shading::Tiled(Combine::Mean) => &self.tiled_mean,
+            Shading::Cone(Combine::Merge | Combine::Mean) => {
+                let is_mean = shading == Shading::Cone(Combine::Mean);
+                let pass = if is_mean { &self.mean } else { &self.merge };
+                pass.record(encoder, Some(view.depth));
+                return with_axes(pass.result().unwrap_or(view.blended));
             }
             Shading::None | Shading::Cone(Combine::Multiply) => {
                 let drawn = (shading != Shading::None).then_some(&self.multiply);

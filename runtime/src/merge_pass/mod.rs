@@ -14,6 +14,9 @@ pub struct MergePassDescriptor {
     pub label: String,
     /// The buffers' format: `Rgba16Float` or `Rgba32Float`.
     pub format: wgpu::TextureFormat,
+    /// Whether the mean of merging and multiplying is taken, see
+    /// [`Combine::Mean`](crate::Combine::Mean).
+    pub mean: bool,
     /// The contents of the G-buffer.
     pub gbuffer: GBufferFormat,
     /// The winding of faces seen from outside in your right-handed pipelines; `Ccw` unless your
@@ -84,7 +87,7 @@ impl MergePass {
                 wgsl: wgsl::MERGE_PASS,
                 layouts: &[bindings.layout(), draw, grid, &pair_layout],
                 fragment,
-                constants: &descriptor.reads().constants(),
+                constants: &descriptor.constants(),
                 target: format.into(),
                 depth: descriptor.gbuffer.depth,
                 front_face: descriptor.front_face,
@@ -221,6 +224,12 @@ impl MergePass {
 }
 
 impl MergePassDescriptor {
+    /// The values of the `override`s of the WGSL.
+    fn constants(&self) -> Vec<(&'static str, f64)> {
+        let own = [("takes_mean", f64::from(u8::from(self.mean)))];
+        [&self.reads().constants()[..], &own].concat()
+    }
+
     fn reads(&self) -> GBufferReads {
         GBufferReads {
             format: self.gbuffer,

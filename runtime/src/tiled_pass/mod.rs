@@ -40,6 +40,8 @@ pub enum Combine {
     Multiply,
     /// The union of their cones, in the caller's order: for parts that touch or overlap.
     Merge,
+    /// The mean of both transmittances, in the caller's order: where some overlap and some do not.
+    Mean,
 }
 
 /// The G-buffer, occluders and target of one frame.
@@ -185,7 +187,7 @@ impl TiledPass {
 
 impl TiledPassDescriptor {
     fn needs_axes(&self) -> bool {
-        self.combine == Combine::Merge || self.output == Output::TransmittanceAndAxis
+        self.combine != Combine::Multiply || self.output == Output::TransmittanceAndAxis
     }
 
     fn reads(&self) -> GBufferReads {

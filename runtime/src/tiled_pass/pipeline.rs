@@ -97,6 +97,7 @@ fn constants(descriptor: &TiledPassDescriptor, encoding: Encoding) -> Vec<(&'sta
         (Mode::Cone, Combine::Multiply, Output::Transmittance) => 1.0,
         (Mode::Cone, Combine::Multiply, Output::TransmittanceAndAxis) => 2.0,
         (Mode::Cone, Combine::Merge, _) => 3.0,
+        (Mode::Cone, Combine::Mean, _) => 4.0,
     };
     let writes_axis = descriptor.output == Output::TransmittanceAndAxis;
     let own = [

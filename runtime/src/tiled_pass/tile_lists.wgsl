@@ -53,6 +53,25 @@ fn aogrid_merge_listed(list: u32, pixel: vec2u, position: vec3f, normal: vec3f,
     return accumulated;
 }
 
+/// Combines the cones of a list by the mean of both; parameters and result as for
+/// `aogrid_multiply_listed`.
+fn aogrid_mean_listed(list: u32, pixel: vec2u, position: vec3f, normal: vec3f,
+                      object: vec2u) -> vec4f {
+    var accumulated = vec4f(0.0, 0.0, 0.0, 1.0);
+    let first = aogrid_first_word(aogrid_tiles, pixel, list);
+    for (var word = 0u; word < aogrid_tiles.words; word++) {
+        var bits = aogrid_lists[first + word];
+        while bits != 0u {
+            let idx = aogrid_listed_occluder(word, bits);
+            let contribution = aogrid_listed_cone(idx, position, normal, object);
+            accumulated =
+                aogrid_mean(accumulated, contribution, aogrid_overlaps, aogrid_linear_clamp);
+            bits &= bits - 1u;
+        }
+    }
+    return accumulated;
+}
+
 /// The contribution of one occluder; none beyond its reach, or if it does not shade the object.
 fn aogrid_listed_cone(idx: u32, position: vec3f, normal: vec3f, object: vec2u) -> vec4f {
     let o = aogrid_occluders[idx].occluder;

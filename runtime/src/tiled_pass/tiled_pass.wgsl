@@ -4,7 +4,7 @@
 // over a workgroup: compilers then keep the list and the occluder in scalar registers. Behind
 // `gbuffer.wgsl`; the declaration of the target, which names its format, follows.
 
-/// The shading of an occluder: OCCLUSION to MERGED below.
+/// The shading of an occluder: OCCLUSION to MEAN below.
 override shading: u32;
 /// Whether the axis is written to the target besides the transmittance.
 override writes_axis: bool;
@@ -19,6 +19,8 @@ const CONE = 1u;
 const CONE_AND_AXIS = 2u;
 /// Cones, merged.
 const MERGED = 3u;
+/// Cones, the mean of merged and multiplied.
+const MEAN = 4u;
 
 /// The rounding of a position in a grid's box and of the bound that it is compared with, relative
 /// to the sum of their terms: sixteen single-precision roundings, where ten occur.
@@ -196,6 +198,10 @@ fn accumulate_occluder(accumulated: vec4f, idx: u32, p: vec3f, n: vec3f, object:
         case CONE_AND_AXIS: {
             let contribution = aogrid_cone_with_axis_at(o, atlas, t_clip, linear_clamp, at, n);
             return aogrid_multiply(accumulated, contribution);
+        }
+        case MEAN: {
+            let contribution = aogrid_cone_with_axis_at(o, atlas, t_clip, linear_clamp, at, n);
+            return aogrid_mean(accumulated, contribution, overlaps, linear_clamp);
         }
         default: {
             let contribution = aogrid_cone_with_axis_at(o, atlas, t_clip, linear_clamp, at, n);

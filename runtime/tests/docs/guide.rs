@@ -63,6 +63,7 @@ fn merging_by_raster(
     let descriptor = MergePassDescriptor {
         label: "proximity shadows".into(),
         format: wgpu::TextureFormat::Rgba16Float,
+        mean: false,
         gbuffer: format,
         front_face: wgpu::FrontFace::Ccw,
     };

@@ -1,5 +1,5 @@
 use aogrid_gpu_support::Gpu;
-use aogrid_grid_format::{Grid, TexelFormat};
+use aogrid_grid_format::{Encoding, Grid, TexelFormat};
 use aogrid_runtime::shading::*;
 use aogrid_runtime::{
     AogridOccluder, Combine, CpuTexture, DepthTest, Frame, GBufferFormat, GBufferViews, GridAtlas,
@@ -8,7 +8,7 @@ use aogrid_runtime::{
 };
 use glam::Mat4;
 
-use crate::grids::{faded_ball_in, other_spec, spec};
+use crate::grids::{ball_in, faded_ball_in, other_spec, spec};
 use crate::raster::world_and_signed;
 use crate::scene::{GBuffer, gbuffer_of, surfaces, transforms};
 
@@ -34,6 +34,7 @@ pub fn merge_descriptor() -> MergePassDescriptor {
     MergePassDescriptor {
         label: "test".into(),
         format: wgpu::TextureFormat::Rgba32Float,
+        mean: false,
         gbuffer: world_and_signed(),
         front_face: wgpu::FrontFace::Ccw,
     }
@@ -66,6 +67,20 @@ impl ManyOccluders {
                 .map(|(i, transform)| (i % 2, Instance::at(transform.to_cols_array_2d())))
                 .collect(),
         }
+    }
+
+    /// Returns three balls of moments with far fields that end within the picture, each with the id
+    /// of its own: the first is the ball in the picture, the second goes for the floor.
+    pub fn with_far_fields(size: [u32; 2], camera: Mat4) -> Self {
+        let mut many = Self::new(size, camera);
+        many.grids = [spec(), other_spec()]
+            .map(|spec| ball_in(spec, Encoding::Moment, TexelFormat::F16))
+            .to_vec();
+        for ((_, instance), object_id) in many.occluders.iter_mut().zip([3, 1, 18]) {
+            instance.object_id = object_id;
+            instance.far_field = Some(0.05);
+        }
+        many
     }
 
     pub fn views(&self, gpu: &Gpu) -> Views {
@@ -208,6 +223,7 @@ impl CpuTwin {
             let one = aogrid_cone_with_axis_at(o, &self.textures[*grid], &self.clip, lookup, n);
             match combine {
                 Combine::Merge => aogrid_merge(before, one, &self.overlaps),
+                Combine::Mean => aogrid_mean(before, one, &self.overlaps),
                 Combine::Multiply => aogrid_multiply(before, one),
             }
         })

@@ -2,7 +2,7 @@ use aogrid_gpu_support::{Gpu, gpu, gpu_with};
 use aogrid_grid_format::{Encoding, TexelFormat};
 use aogrid_runtime::{
     Combine, DepthTest, Frame, GBufferFormat, GridTexture, Instance, MergePass,
-    MergePassDescriptor, PassError, Positions, PrepareError, Receivers,
+    MergePassDescriptor, PassError, Positions, PrepareError, Receivers, TiledPassDescriptor,
 };
 
 use crate::grids::ball;
@@ -204,4 +204,59 @@ fn unsuitable_descriptors_and_frames_are_rejected() {
     pass.record(&mut encoder, None);
     queue.submit([encoder.finish()]);
     assert!(pass.result().is_none());
+}
+
+/// The far field, look-ups of the ball on itself, and all three ways to combine, by raster and in
+/// tiles.
+#[test]
+fn far_fields_and_objects_on_themselves_match_the_cpu_twin_in_every_pass() {
+    let Some(gpu) = gpu() else { return };
+    let gbuffer = GBufferFormat {
+        receivers: Receivers::Ids,
+        ..world_and_signed()
+    };
+    for camera in [perspective(), reversed(), orthographic()] {
+        let many = ManyOccluders::with_far_fields(SIZE, camera);
+        for combine in [Combine::Multiply, Combine::Merge, Combine::Mean] {
+            let tolerance = 3.0 * ERROR_PER_MERGE;
+            let expected = many.twin_image(combine);
+            let descriptor = TiledPassDescriptor {
+                combine,
+                gbuffer,
+                ..tiled_descriptor()
+            };
+            let found = vectors(&many.tiled(&gpu, &descriptor));
+            assert!(
+                max_difference(&found, &expected) <= tolerance,
+                "{combine:?}"
+            );
+            if combine != Combine::Multiply {
+                let descriptor = MergePassDescriptor {
+                    gbuffer,
+                    mean: combine == Combine::Mean,
+                    ..merge_descriptor()
+                };
+                let found = vectors(&many.merge(&gpu, &descriptor));
+                assert!(
+                    max_difference(&found, &expected) <= tolerance,
+                    "{combine:?}"
+                );
+            }
+        }
+        // The far field matters in the picture, and so do look-ups on itself.
+        let mut plain = ManyOccluders::with_far_fields(SIZE, camera);
+        let far = plain.twin_image(Combine::Merge);
+        let differ = |many: &ManyOccluders| {
+            let pairs = far.iter().zip(many.twin_image(Combine::Merge));
+            pairs.filter(|(a, b)| (a[3] - b[3]).abs() > 0.005).count()
+        };
+        plain.occluders[1].1.object_id = 19;
+        let on_itself = differ(&plain);
+        assert!(on_itself > 100, "{on_itself}");
+        plain = ManyOccluders::with_far_fields(SIZE, camera);
+        for (_, instance) in &mut plain.occluders {
+            instance.far_field = Some(0.0);
+        }
+        assert!(differ(&plain) > 200);
+    }
 }

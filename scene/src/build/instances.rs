@@ -51,6 +51,7 @@ impl Builder<'_> {
                 // its grid would be nearly empty.
                 casts: file.casts.unwrap_or(!named.is_rectangle),
                 strength: file.strength.map_or(1.0, |v| v.0 as f32),
+                far_field: file.far_field.map(|v| v.0 as f32),
                 layers: layer_mask(file.layers.as_deref(), 1),
                 casts_on: layer_mask(file.casts_on.as_deref(), u32::MAX),
                 excludes: file.excludes.iter().map(|id| id.0).collect(),

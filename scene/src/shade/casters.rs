@@ -22,6 +22,8 @@ pub(super) enum GridShading {
     Cone,
     /// Clips the cone, and merges it with those before it.
     Merge,
+    /// Clips the cone, and takes the mean of merging and multiplying it with those before it.
+    Mean,
 }
 
 /// A casting instance with its grid, ready for look-ups.
@@ -83,6 +85,7 @@ pub(super) fn runtime_instance(instance: &Instance) -> aogrid_runtime::Instance 
     let world_from_object = DMat4::from(instance.world_from_object).as_mat4();
     aogrid_runtime::Instance {
         strength: instance.strength,
+        far_field: instance.far_field,
         layers: instance.casts_on,
         object_id: instance.id,
         ..aogrid_runtime::Instance::at(world_from_object.to_cols_array_2d())

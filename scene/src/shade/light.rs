@@ -8,7 +8,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use aogrid_bake_core::Progress;
 use aogrid_runtime::environment::{aogrid_glossy, aogrid_lambertian};
-use aogrid_runtime::shading::{aogrid_cone_with_axis_at, aogrid_merge, aogrid_multiply};
+use aogrid_runtime::shading::{
+    aogrid_cone_with_axis_at, aogrid_mean, aogrid_merge, aogrid_multiply,
+};
 use aogrid_runtime::{AogridEnvironment, CpuTexture, EnvironmentMap};
 use rayon::prelude::*;
 
@@ -148,6 +150,7 @@ fn occlusion(
                 let cone = aogrid_cone_with_axis_at(&caster.occluder, texture, &clip, lookup, n);
                 occlusion = match shading {
                     GridShading::Merge => aogrid_merge(occlusion, cone, &overlaps),
+                    GridShading::Mean => aogrid_mean(occlusion, cone, &overlaps),
                     GridShading::Occlusion | GridShading::Cone => aogrid_multiply(occlusion, cone),
                 };
             }

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use aogrid_bake_core::Progress;
 use aogrid_runtime::CpuTexture;
 use aogrid_runtime::shading::{
-    aogrid_cone_at, aogrid_cone_with_axis_at, aogrid_merge, aogrid_occlusion,
+    aogrid_cone_at, aogrid_cone_with_axis_at, aogrid_mean, aogrid_merge, aogrid_occlusion,
     aogrid_occlusion_of_cone,
 };
 use rayon::prelude::*;
@@ -78,10 +78,17 @@ fn occlusions(
         let shade_one = |(receiver, &id): (&Receiver, &u32)| {
             let layers = instances.layers(id);
             let casting = casters.iter().filter(|c| c.caster.casts_on(id, layers));
-            if shading == GridShading::Merge {
+            if matches!(shading, GridShading::Merge | GridShading::Mean) {
                 let unoccluded = [0.0, 0.0, 0.0, 1.0];
-                let [.., t] = casting.fold(unoccluded, |before, c| {
-                    c.merge(before, receiver, id, &tables)
+                let [.., t] = casting.fold(unoccluded, |before, caster| {
+                    let one = caster.contribution(receiver, id, &tables);
+                    match (one, shading) {
+                        (None, _) => before,
+                        (Some(one), GridShading::Mean) => {
+                            aogrid_mean(before, one, &tables.overlaps)
+                        }
+                        (Some(one), _) => aogrid_merge(before, one, &tables.overlaps),
+                    }
                 });
                 return 1.0 - t;
             }
@@ -97,17 +104,13 @@ fn occlusions(
 }
 
 impl Textured<'_> {
-    /// Returns the accumulated occlusion `before` merged with this caster.
-    fn merge(&self, before: [f32; 4], receiver: &Receiver, id: u32, tables: &Tables) -> [f32; 4] {
+    /// Returns what this caster adds to the accumulated occlusion; none beyond its reach.
+    fn contribution(&self, receiver: &Receiver, id: u32, tables: &Tables) -> Option<[f32; 4]> {
         let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
-        let Tables { clip, overlaps, .. } = tables;
+        let (occluder, clip) = (&self.caster.occluder, &tables.clip);
         let lookup = self.caster.lookup(id, p, n);
-        if !lookup.is_reached {
-            return before;
-        }
-        let occluder = &self.caster.occluder;
-        let one = aogrid_cone_with_axis_at(occluder, &self.texture, clip, lookup, n);
-        aogrid_merge(before, one, overlaps)
+        let at = || aogrid_cone_with_axis_at(occluder, &self.texture, clip, lookup, n);
+        lookup.is_reached.then(at)
     }
 
     /// Returns the share of light that this caster leaves to a receiver.
@@ -122,7 +125,7 @@ impl Textured<'_> {
         let on_itself = id == self.caster.instance.id;
         let Caster { occluder, grid, .. } = self.caster;
         match (shading, grid.encoding().has_direction()) {
-            (GridShading::Cone | GridShading::Merge, _) => {
+            (GridShading::Cone | GridShading::Merge | GridShading::Mean, _) => {
                 let lookup = self.caster.lookup(id, p, n);
                 let table = &tables.transmittance;
                 match lookup.is_reached {

@@ -10,6 +10,7 @@ mod environment_merge;
 mod glossy;
 mod light;
 mod lookups;
+mod mean;
 mod merge;
 mod occlusion;
 mod raster;
@@ -30,11 +31,12 @@ use crate::{Grids, Instance, Scene};
 pub use target::{Shaded, Target};
 
 /// Every mode.
-pub const ALL: [&Mode; 6] = [
+pub const ALL: [&Mode; 7] = [
     &truth::MODE,
     &occlusion::MODE,
     &cone::MODE,
     &merge::MODE,
+    &mean::MODE,
     &environment::MODE,
     &environment_merge::MODE,
 ];

@@ -95,6 +95,7 @@ fn combined_occlusion(scene: &Scene, receivers: &[Receiver], combine: Combine) -
                 *sum = match combine {
                     Combine::Multiply => aogrid_multiply(*sum, one),
                     Combine::Merge => aogrid_merge(*sum, one, &overlaps),
+                    Combine::Mean => aogrid_mean(*sum, one, &overlaps),
                 };
             }
         }

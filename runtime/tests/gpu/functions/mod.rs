@@ -1,3 +1,5 @@
+/// The far field, and look-ups of an object on itself.
+mod far;
 /// The evaluation of single functions.
 mod harness;
 /// Merging.

@@ -185,7 +185,7 @@ fn a_thousand_occluders_match_a_loop_over_all_of_them_and_never_flicker() {
     let Some(gpu) = gpu() else { return };
     let mut many = ManyOccluders::new(UNALIGNED_SIZE, perspective());
     many.occluders = crowd(1000);
-    for combine in [Combine::Multiply, Combine::Merge] {
+    for combine in [Combine::Multiply, Combine::Merge, Combine::Mean] {
         let descriptor = TiledPassDescriptor {
             combine,
             ..tiled_descriptor()
@@ -196,7 +196,7 @@ fn a_thousand_occluders_match_a_loop_over_all_of_them_and_never_flicker() {
         // Eleven boxes overlap at the most crowded pixel.
         let tolerance = match combine {
             Combine::Multiply => 11.0 * ERROR_PER_AXIS,
-            Combine::Merge => 11.0 * ERROR_PER_MERGE,
+            Combine::Merge | Combine::Mean => 11.0 * ERROR_PER_MERGE,
         };
         assert!(max_difference(&vectors(&first), &expected) <= tolerance);
         let repeats = if combine == Combine::Merge { 20 } else { 1 };

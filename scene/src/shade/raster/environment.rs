@@ -43,7 +43,7 @@ pub(in super::super) fn shade(
         let environment_light = EnvironmentLight::new(input)?;
         let picture = Picture::new(input, gpu, shading)?;
         let (encoder, occlusion) = match shading {
-            GridShading::Merge => picture.merge()?,
+            GridShading::Merge | GridShading::Mean => picture.merge(shading)?,
             GridShading::Occlusion | GridShading::Cone => {
                 picture.multiply(shading, Output::TransmittanceAndAxis)?
             }

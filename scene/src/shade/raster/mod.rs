@@ -83,7 +83,7 @@ impl<'a> Picture<'a> {
     /// Returns the transmittance 1 − AO of each pixel.
     fn transmittance(&self, shading: GridShading) -> Result<Vec<f32>> {
         let ((encoder, texture), channel) = match shading {
-            GridShading::Merge => (self.merge()?, 3),
+            GridShading::Merge | GridShading::Mean => (self.merge(shading)?, 3),
             GridShading::Occlusion | GridShading::Cone => {
                 (self.multiply(shading, Output::Transmittance)?, 0)
             }
@@ -125,7 +125,7 @@ impl<'a> Picture<'a> {
             label: "render".into(),
             mode: match shading {
                 GridShading::Occlusion => Mode::Occlusion,
-                GridShading::Cone | GridShading::Merge => Mode::Cone,
+                GridShading::Cone | GridShading::Merge | GridShading::Mean => Mode::Cone,
             },
             output,
             target: self.widest_format(output),
@@ -138,9 +138,9 @@ impl<'a> Picture<'a> {
         Ok(pass)
     }
 
-    /// Records all occluders, merged in the scene's order, and returns the commands and their
+    /// Records all occluders, merged or by the mean in the scene's order, and returns the commands and their
     /// target.
-    fn merge(&self) -> Result<(wgpu::CommandEncoder, wgpu::Texture)> {
+    fn merge(&self, shading: GridShading) -> Result<(wgpu::CommandEncoder, wgpu::Texture)> {
         let occluders = self.occluders.iter();
         let occluders: Vec<_> = occluders
             .map(|(grid, instance)| (grid, *instance))
@@ -148,6 +148,7 @@ impl<'a> Picture<'a> {
         let descriptor = MergePassDescriptor {
             label: "render".into(),
             format: TextureFormat::Rgba32Float,
+            mean: shading == GridShading::Mean,
             gbuffer: FORMAT,
             front_face: wgpu::FrontFace::Ccw,
         };
