@@ -142,12 +142,13 @@ impl Args {
 }
 
 /// Returns the parser of modes' names.
-fn mode_parser() -> impl TypedValueParser<Value = &'static Mode> {
+pub(crate) fn mode_parser() -> impl TypedValueParser<Value = &'static Mode> {
     let known = shade::ALL.map(|mode| PossibleValue::new(mode.name).help(mode.summary));
     PossibleValuesParser::new(known).map(|name| Mode::named(&name).expect("clap has checked it"))
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+/// Parses a number above zero.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(v) if v > 0.0 && f64::is_finite(v) => Ok(v),
         _ => Err("it must be a number above zero".into()),
