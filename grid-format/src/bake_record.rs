@@ -48,8 +48,42 @@ pub struct BakeRecord {
     /// up the grid, 0..=[`MAX_SELF_OFFSET`].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub self_offset: f32,
+    /// The error of shading with the grid, if it was measured. It does not determine the texels.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub check: Option<Check>,
     /// The mesh that was baked.
     pub source: Source,
+}
+
+/// The error of AO that a grid's cones give, against ray tracing, in areas around the object. Areas
+/// are relative to the box of the papers (32³ cells, ε = 0.1); `None` where no receiver was found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Check {
+    /// Number of rays for the truth of a receiver.
+    pub rays: u32,
+    /// On a floor and a wall that touch the object's bounding box, within a cell's diagonal.
+    pub near: Option<AreaError>,
+    /// The same on tilted planes that touch the object.
+    pub tilted: Option<AreaError>,
+    /// At free points as near, facing the object any way.
+    pub any_way: Option<AreaError>,
+    /// On the planes, in the rest of the box.
+    pub rest: Option<AreaError>,
+    /// On the planes, beyond the box, up to three of its half-extents.
+    pub beyond: Option<AreaError>,
+    /// On the object itself.
+    pub itself: Option<AreaError>,
+}
+
+/// The error of AO over the receivers of an area.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AreaError {
+    /// Number of receivers.
+    pub receivers: u32,
+    /// Root mean square error.
+    pub rmse: f32,
+    /// The absolute error that 95 % of the receivers do not exceed.
+    pub p95: f32,
 }
 
 /// The sampling of visibility: the set of directions that a cell tests.

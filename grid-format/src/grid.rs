@@ -1,6 +1,6 @@
 //! The in-memory form of a grid file.
 
-use crate::{BakeRecord, EncodeError, Encoding, GridSpec, TexelFormat};
+use crate::{BakeRecord, Check, EncodeError, Encoding, GridSpec, TexelFormat};
 
 /// An encoded grid: texels ready for upload, their box in object space, and their bake record.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,6 +95,15 @@ impl Grid {
     /// Returns the record of the bake.
     pub fn record(&self) -> &BakeRecord {
         &self.record
+    }
+
+    /// Returns the grid with the error that its shading was measured to have.
+    pub fn with_check(self, check: Check) -> Self {
+        let record = BakeRecord {
+            check: Some(check),
+            ..self.record
+        };
+        Self { record, ..self }
     }
 
     /// Returns the mean and the largest occlusion as recorded in the file.

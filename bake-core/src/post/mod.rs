@@ -73,6 +73,7 @@ pub fn finish(
         snap: placement.snap && matches!(placement.extent, Extent::Epsilon(_)),
         fit: near.is_some(),
         self_offset: options.self_offset_for(classification.inside().as_ref()),
+        check: None,
         source,
     };
     Ok(Grid::encode(

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use aogrid_bake_core::mesh::{self, MeshReport};
-use aogrid_grid_format::{BakeRecord, Grid, GridSpec, Interior};
+use aogrid_grid_format::{BakeRecord, Check, Grid, GridSpec, Interior};
 use serde::Serialize;
 
 use crate::console::Console;
@@ -194,9 +194,30 @@ fn grid_lines(grid: &Grid) -> Vec<String> {
             part.unwrap_or_default(),
             source.triangles
         ),
+        match &record.check {
+            Some(check) => format!("checked    {}", check_line(check)),
+            None => "checked    no: bake it with --check".into(),
+        },
         format!("hash       {}", source.blake3),
         format!("writer     {}", grid.writer()),
     ]
+}
+
+/// Describes the measured error in one line.
+pub(crate) fn check_line(check: &Check) -> String {
+    let areas = [
+        ("near contact", check.near),
+        ("tilted", check.tilted),
+        ("any way", check.any_way),
+        ("rest", check.rest),
+        ("beyond", check.beyond),
+        ("itself", check.itself),
+    ];
+    let described = areas.into_iter().filter_map(|(name, error)| {
+        error.map(|error| format!("{name} {:.3} ({:.3})", error.rmse, error.p95))
+    });
+    let described: Vec<String> = described.collect();
+    format!("RMSE (p95) of AO: {}", described.join(", "))
 }
 
 /// Describes the cells inside a model in one line.

@@ -84,6 +84,7 @@ fn record() -> BakeRecord {
         snap: false,
         fit: false,
         self_offset: 0.0,
+        check: None,
         boundary: Boundary {
             requested: BoundaryMode::None,
             applied: BoundaryMode::None,

@@ -26,13 +26,13 @@ use std::sync::Arc;
 
 use aogrid_bake_core::models::{Model, to_obj};
 use aogrid_bake_core::{Progress, TriangleMesh, mesh};
-use aogrid_grid_format::Source;
+use aogrid_grid_format::{Grid, Source};
 use glam::DVec3;
 use serde::Serialize;
 
 use crate::error::{Context, Result, bail};
 use crate::reference::ReferenceOptions;
-use crate::shade::{ShadeInput, Stages, Target};
+use crate::shade::{Mode, ShadeInput, Stages, Target};
 use crate::{GridSource, Instance, Material, Scene, SceneMesh, paths};
 
 pub use areas::Area;
@@ -115,6 +115,15 @@ impl Subject {
     /// Returns our own shapes.
     pub fn own() -> Vec<Self> {
         OWN.map(Self::of_model).into()
+    }
+
+    /// Returns a mesh as an occluder.
+    pub fn new(name: &str, mesh: TriangleMesh, source: Source) -> Self {
+        Self {
+            name: name.to_owned(),
+            mesh,
+            source,
+        }
     }
 
     /// Returns one of our own shapes.
@@ -214,7 +223,7 @@ pub fn judge(
         let grid = row.bake(subject, &|_| stage(progress))?;
         reports.push(RowReport {
             name: row.name,
-            areas: errors(subject, truth, row, &GridSource::Given(Arc::new(grid)))?,
+            areas: judge_grid(subject, truth, row.mode(), grid)?,
         });
     }
     Ok(SubjectReport {
@@ -225,13 +234,19 @@ pub fn judge(
     })
 }
 
-/// Returns the errors of a row with its grid in each area.
-fn errors(
+/// Returns the errors of a mode with one grid around an occluder, in each area, in the order of
+/// [`Area::ALL`].
+///
+/// # Errors
+///
+/// The mode does not support the grid's encoding.
+pub fn judge_grid(
     subject: &Subject,
     truth: &Truth,
-    row: &Row,
-    grid: &GridSource,
+    mode: &Mode,
+    grid: Grid,
 ) -> Result<[Option<ErrorStats>; Area::ALL.len()]> {
+    let grid = &GridSource::Given(Arc::new(grid));
     let mut samples: [Vec<Sample>; Area::ALL.len()] = Default::default();
     for (idx, pose) in poses(&subject.mesh).iter().enumerate() {
         let scene = scene_of(subject, pose, grid);
@@ -244,7 +259,7 @@ fn errors(
                 .collect(),
             picture: None,
         };
-        let shaded = row.mode().shade(&ShadeInput::new(&scene, &target))?;
+        let shaded = mode.shade(&ShadeInput::new(&scene, &target))?;
         for (receiver, shaded) in receivers.into_iter().zip(shaded.occlusion) {
             samples[receiver.area as usize].push(Sample {
                 shaded: f64::from(shaded),

@@ -86,6 +86,18 @@ pub(crate) struct Args {
     /// [default: 0.00031,-0.00017,0.00043]
     #[arg(long, value_name = "X,Y,Z", value_parser = sample_offset, allow_hyphen_values = true)]
     pub sample_offset: Option<[f32; 3]>,
+    /// Measure the error of shading with the grid against ray tracing, in areas around the model;
+    /// takes seconds, and the file holds the result
+    #[arg(long)]
+    pub check: bool,
+    /// Choose the smallest resolution whose RMSE of AO on planes that touch the model is at most
+    /// this; implies --check
+    #[arg(long, value_name = "E", value_parser = positive, conflicts_with = "resolution", allow_hyphen_values = true)]
+    pub max_error: Option<f32>,
+    /// Choose the largest resolution whose texels take at most so many bytes; with --max-error, the
+    /// limit for its choice
+    #[arg(long, value_name = "N", conflicts_with = "resolution")]
+    pub max_bytes: Option<u64>,
     /// Bake each object or group of a model by itself, for animation
     #[arg(long)]
     pub parts: bool,
@@ -106,6 +118,7 @@ Examples:
   aogrid bake assets/table.obj -o table.ao.ktx2
   aogrid bake assets/robot.obj --parts --preset economy -o robot-parts
   aogrid bake assets/table.obj --preset paper -o paper.ao.ktx2
+  aogrid bake assets/table.obj --max-error 0.04 --max-bytes 500000 -o table.ao.ktx2
   aogrid bake assets/box.obj -o mc.ao.ktx2 --sampling monte-carlo --rays 1024 --seed 7";
 
 /// The options that `bake` and `bench` share.

@@ -1,30 +1,41 @@
 //! `bake`: grid files from models.
 
 mod args;
+mod check;
+mod choose;
 mod jobs;
+mod model_baker;
 mod report;
 
 use std::path::Path;
 use std::time::Instant;
 
 use anyhow::Context;
-use aogrid_bake_core::mesh::{LoadedMesh, MeshFile, MeshReport};
-use aogrid_bake_core::{BakeOptions, Placement, RawGrid, TriangleMesh, bake_grid, warnings};
-use aogrid_grid_format::Source;
+use aogrid_bake_core::mesh::MeshFile;
 
 pub(crate) use args::Args;
 pub use args::{SharedArgs, face_size, resolution};
-use jobs::{Job, Jobs};
-use report::{BackendReport, Baked, Outcome, Outputs, Times};
+use jobs::Jobs;
+use model_baker::ModelBaker;
+use report::{Outcome, Outputs};
 
-use crate::backend::{Backend, Provenance, TimedBake};
+use crate::backend::Backend;
 use crate::console::Console;
-use crate::{interrupt, output};
+use crate::interrupt;
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let options = args.options().unwrap_or_else(|usage| usage.exit());
     let request = args.shared.backend().unwrap_or_else(|usage| usage.exit());
-    let placement = args.placement();
+    let mut placement = args.placement();
+    if let (Some(bytes), None) = (args.max_bytes, args.max_error) {
+        placement.resolution = [choose::resolution_within(bytes, &options)?; 3];
+        console.note(&format!(
+            "chose {} cells an axis: the most whose texels take {bytes} bytes or less",
+            placement.resolution[0]
+        ));
+    }
+    // Only a bake tells which resolution an error asks for.
+    let force = args.force || args.max_error.is_some();
     use_threads(args.shared.threads)?;
     interrupt::listen();
     let jobs = Jobs::new(args)?;
@@ -36,8 +47,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         let file = MeshFile::read(model).with_context(|| shown.to_string())?;
         // A whole model that is up to date need not even be parsed.
         let single = jobs.whole_job(model);
-        if let (Some(job), false) = (&single, args.force)
-            && let Some(grid) = jobs::up_to_date(job, &placement, &options, &file)
+        if let (Some(job), false) = (&single, force)
+            && let Some(grid) = jobs::up_to_date(job, &placement, &options, args.check, &file)
         {
             outputs.push(Outcome::up_to_date(job, &grid), console, args.json);
             continue;
@@ -49,9 +60,9 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
             None => jobs.part_jobs(model, &loaded.mesh)?,
         };
         for job in of_model {
-            let current = match args.force || job.part.is_none() {
+            let current = match force || job.part.is_none() {
                 true => None,
-                false => jobs::up_to_date(&job, &placement, &options, &file),
+                false => jobs::up_to_date(&job, &placement, &options, args.check, &file),
             };
             let outcome = match current {
                 Some(grid) => Outcome::up_to_date(&job, &grid),
@@ -62,8 +73,10 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
                         load_s,
                         placement: &placement,
                         options: &options,
+                        args,
+                        console,
                     };
-                    baker.run(&job, args.dry_run, console)?
+                    baker.run(&job)?
                 }
             };
             outputs.push(outcome, console, args.json);
@@ -76,123 +89,6 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
 pub fn use_threads(threads: Option<u16>) -> anyhow::Result<()> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0).into());
     pool.build_global().context("cannot start the threads")
-}
-
-/// Bakes the jobs of one model.
-struct ModelBaker<'a> {
-    backend: &'a mut Backend,
-    loaded: &'a LoadedMesh,
-    load_s: f64,
-    placement: &'a Placement,
-    options: &'a BakeOptions,
-}
-
-impl ModelBaker<'_> {
-    /// Bakes a job and writes its output; with `dry_run` only reports it.
-    fn run(&mut self, job: &Job, dry_run: bool, console: &Console) -> anyhow::Result<Outcome> {
-        let part;
-        let mesh = match job.part {
-            Some(idx) => {
-                part = self
-                    .loaded
-                    .mesh
-                    .part(idx)
-                    .with_context(|| job.title.clone())?;
-                &part
-            }
-            None => &self.loaded.mesh,
-        };
-        let spec = self
-            .placement
-            .place(&mesh.bounds())
-            .with_context(|| job.title.clone())?;
-        let report = MeshReport::new(mesh);
-        if dry_run {
-            return Ok(Outcome::dry_run(job, &report, &spec));
-        }
-        output::check(&job.out)?;
-        let baked = self.bake(job, mesh, report, console)?;
-        for warning in warnings(&baked.grid, &baked.report) {
-            console.warning(&format!("{}: {warning}", job.title));
-        }
-        output::write(&job.out, &baked.grid.to_bytes())?;
-        Ok(Outcome::baked(job, baked))
-    }
-
-    fn bake(
-        &mut self,
-        job: &Job,
-        mesh: &TriangleMesh,
-        report: MeshReport,
-        console: &Console,
-    ) -> anyhow::Result<Baked> {
-        let source = Source {
-            part: job
-                .part
-                .map(|idx| self.loaded.mesh.parts()[idx].name.clone()),
-            triangles: mesh.triangles().len() as u64,
-            ..Source::from(self.loaded)
-        };
-        let mut stages = Stages::default();
-        let started = Instant::now();
-        let backend = &mut *self.backend;
-        let grid = bake_grid(
-            mesh,
-            self.placement,
-            self.options,
-            source,
-            |spec, options| {
-                let bar = console.progress(&stages.title(&job.title));
-                let timed = backend.bake(mesh, spec, options, &|progress| bar.observe(progress))?;
-                drop(bar);
-                if let Some(failure) = &timed.gpu_failure {
-                    console.warning(&format!("{}: baked on the CPU: {failure}", job.title));
-                }
-                Ok(stages.push(timed))
-            },
-        );
-        let grid = grid.map_err(|error: anyhow::Error| error.context(job.title.clone()))?;
-        let total_s = started.elapsed().as_secs_f64();
-        Ok(Baked {
-            grid,
-            report,
-            backend: BackendReport::new(stages.provenance.context("nothing was baked")?),
-            times: Times {
-                load_s: self.load_s,
-                prepare_s: stages.prepare_s,
-                visibility_s: stages.visibility_s,
-                post_s: total_s - stages.prepare_s - stages.visibility_s,
-                threads: rayon::current_num_threads(),
-            },
-        })
-    }
-}
-
-/// The device and times of a grid's bakes: of its cells, and of the finer lattice of the fit.
-#[derive(Default)]
-struct Stages {
-    /// The device and algorithm of the first.
-    provenance: Option<Provenance>,
-    prepare_s: f64,
-    visibility_s: f64,
-}
-
-impl Stages {
-    /// Returns the title of the next bake's progress.
-    fn title(&self, job: &str) -> String {
-        match self.provenance {
-            None => job.to_owned(),
-            Some(_) => format!("{job}, near the surface"),
-        }
-    }
-
-    /// Adds a bake and returns its moments.
-    fn push(&mut self, timed: TimedBake) -> RawGrid {
-        self.provenance.get_or_insert(timed.provenance);
-        self.prepare_s += timed.prepare_s;
-        self.visibility_s += timed.visibility_s;
-        timed.raw
-    }
 }
 
 /// Returns a file's name without folder and extension, for the names of outputs.

@@ -142,13 +142,23 @@ impl Outcome {
         } = baked;
         let bytes = grid.texels().len() as f64 / 1024.0;
         Self {
-            lines: vec![
-                format!("{}: {}", job.title, info::mesh_line(&report)),
-                format!("  {}", info::box_line(grid.spec())),
-                format!("  {}", sampling_line(&grid, &backend)),
-                format!("  {}", times_line(&times)),
-                format!("  wrote {} ({bytes:.0} KiB of texels)", job.out.display()),
-            ],
+            lines: [
+                Some(format!("{}: {}", job.title, info::mesh_line(&report))),
+                Some(format!("  {}", info::box_line(grid.spec()))),
+                Some(format!("  {}", sampling_line(&grid, &backend))),
+                grid.record()
+                    .check
+                    .as_ref()
+                    .map(|check| format!("  {}", info::check_line(check))),
+                Some(format!("  {}", times_line(&times))),
+                Some(format!(
+                    "  wrote {} ({bytes:.0} KiB of texels)",
+                    job.out.display()
+                )),
+            ]
+            .into_iter()
+            .flatten()
+            .collect(),
             json: OutcomeJson {
                 out: job.out.clone(),
                 state: "baked",
