@@ -162,7 +162,7 @@ mod tests {
     fn the_sweep_is_used_where_it_is_supported() {
         let mesh = Model::Table.mesh(None).unwrap();
         let placed = spec(&mesh, Extent::Epsilon(0.1));
-        let faces = BakeOptions::recommended();
+        let faces = BakeOptions::paper();
         let near = BakeOptions {
             max_distance: Some(1.0),
             ..faces
@@ -194,7 +194,7 @@ mod tests {
     fn a_requested_algorithm_is_used_or_refused() {
         let mesh = Model::Table.mesh(None).unwrap();
         let placed = spec(&mesh, Extent::Epsilon(0.1));
-        let faces = BakeOptions::recommended();
+        let faces = BakeOptions::paper();
         let plan = |options, requested| Plan::new(&mesh, placed, options, Some(requested));
         let sweep = plan(&faces, Algorithm::DirectionSweep);
         assert!(matches!(sweep, Ok(Plan::Sweep { size: 16, .. })));

@@ -4,7 +4,7 @@
 //! ```
 //! use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, models};
 //! let mesh = models::Model::Table.mesh(None)?;
-//! let spec = Placement::default().place(&mesh.bounds())?;
+//! let spec = Placement::paper().place(&mesh.bounds())?;
 //! assert_eq!(spec.resolution(), [32; 3]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -9,7 +9,7 @@ use crate::warnings::MAX_DOUBT;
 use crate::{PreparedMesh, SignedLayers, TriangleMesh};
 
 /// The options that determine a grid besides the mesh and the [`Placement`](crate::Placement),
-/// shared by all bakers. There is no `Default`: [`BakeOptions::recommended`] makes the choice
+/// shared by all bakers. There is no `Default`: a [`Preset`](crate::Preset) makes the choice
 /// explicit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BakeOptions {
@@ -73,9 +73,10 @@ impl BakeOptions {
     /// exactly at cell centers, and a sample on a face is ambiguous.
     pub const SAMPLE_OFFSET: [f32; 3] = [3.1e-4, -1.7e-4, 4.3e-4];
 
-    /// Returns the recommended options: six 16×16 faces, unlimited distance, JGT boundary and cones
-    /// in 8 bits, as in the papers; the interior is filled, also that of meshes with holes.
-    pub fn recommended() -> Self {
+    /// Returns the options of the papers: six 16×16 faces, unlimited distance, JGT boundary and cones
+    /// in 8 bits; the interior is filled, also that of meshes with holes. See
+    /// [`Preset`](crate::Preset) for the recommended ones.
+    pub fn paper() -> Self {
         Self {
             sampling: Sampling::CubeFaces { size: 16 },
             max_distance: None,
@@ -155,7 +156,7 @@ mod tests {
 
     #[test]
     fn ranges_are_checked() {
-        let ok = BakeOptions::recommended();
+        let ok = BakeOptions::paper();
         assert_eq!(ok.validate(), Ok(()));
         let with = |change: fn(&mut BakeOptions)| {
             let mut options = ok;

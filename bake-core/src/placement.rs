@@ -58,18 +58,16 @@ pub enum PlacementError {
     Spec(#[from] SpecError),
 }
 
-impl Default for Placement {
-    /// Returns 32³ cells and ε = 0.1, as in the papers.
-    fn default() -> Self {
+impl Placement {
+    /// Returns the placement of the papers: 32³ cells and ε = 0.1.
+    pub fn paper() -> Self {
         Self {
             resolution: [32; 3],
             extent: Extent::Epsilon(0.1),
             snap: false,
         }
     }
-}
 
-impl Placement {
     /// Returns the grid around an object with these bounds, centered on the bounding box.
     ///
     /// # Errors
@@ -134,7 +132,7 @@ mod tests {
             min: r.map(|v| 5.0 - v),
             max: r.map(|v| 5.0 + v),
         };
-        let spec = Placement::default().place(&bounds).unwrap();
+        let spec = Placement::paper().place(&bounds).unwrap();
         assert_eq!(spec.center(), [5.0; 3]);
         spec.half_extents()
     }
@@ -212,7 +210,7 @@ mod tests {
         };
         let placement = Placement {
             snap: true,
-            ..Placement::default()
+            ..Placement::paper()
         };
         let [_, y, _] = placement.place(&sheet).unwrap().half_extents();
         assert!((y - 1.0 / (0.1 * std::f32::consts::PI).sqrt()).abs() < 1e-6);
@@ -224,7 +222,7 @@ mod tests {
         let place = |extent, bounds: &Bounds| {
             Placement {
                 extent,
-                ..Placement::default()
+                ..Placement::paper()
             }
             .place(bounds)
         };

@@ -60,7 +60,7 @@ impl Preset {
         match self {
             Self::Paper => BakeOptions {
                 interior: Interior::Enclosed,
-                ..BakeOptions::recommended()
+                ..BakeOptions::paper()
             },
             Self::Default | Self::Economy | Self::Fine => BakeOptions {
                 interior: Interior::Signed,
@@ -68,7 +68,7 @@ impl Preset {
                 encoding: Encoding::Moment,
                 fit: true,
                 self_offset: None,
-                ..BakeOptions::recommended()
+                ..BakeOptions::paper()
             },
         }
     }

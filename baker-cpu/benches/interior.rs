@@ -42,10 +42,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 /// Returns the median and minimum milliseconds with `enclosed`, and with `signed`.
 fn times(loaded: &LoadedMesh) -> Result<[[f64; 2]; 2], Box<dyn std::error::Error>> {
-    let spec = Placement::default().place(&loaded.mesh.bounds())?;
+    let spec = Placement::paper().place(&loaded.mesh.bounds())?;
     let options = [Interior::Enclosed, Interior::Signed].map(|interior| BakeOptions {
         interior,
-        ..BakeOptions::recommended()
+        ..BakeOptions::paper()
     });
     let mut baker = Baker::new(Some(Algorithm::DirectionSweep));
     let mut times = [Vec::new(), Vec::new()];

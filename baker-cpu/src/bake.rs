@@ -175,10 +175,10 @@ mod tests {
         let mesh = Model::Table.mesh(None).unwrap();
         let placement = Placement {
             resolution: [12, 9, 10],
-            ..Placement::default()
+            ..Placement::paper()
         };
         let spec = placement.place(&mesh.bounds()).unwrap();
-        (mesh, spec, BakeOptions::recommended())
+        (mesh, spec, BakeOptions::paper())
     }
 
     #[test]

@@ -179,10 +179,10 @@ mod tests {
         let mesh = Model::Table.mesh(None).unwrap();
         let placement = Placement {
             resolution: [8; 3],
-            ..Placement::default()
+            ..Placement::paper()
         };
         let spec = placement.place(&mesh.bounds()).unwrap();
-        let faces = BakeOptions::recommended();
+        let faces = BakeOptions::paper();
         let near = BakeOptions {
             max_distance: Some(1.0),
             ..faces

@@ -6,8 +6,8 @@
 //! use aogrid_baker_gpu::{Baker, AdapterSelector, Context};
 //! let context = Context::new(&AdapterSelector::Real)?;
 //! let mesh = Model::Table.mesh(None)?;
-//! let spec = Placement::default().place(&mesh.bounds())?;
-//! let options = BakeOptions::recommended();
+//! let spec = Placement::paper().place(&mesh.bounds())?;
+//! let options = BakeOptions::paper();
 //! let mut baker = Baker::new(&context, None);
 //! let raw = context.block_on(async {
 //!     let mut prepared = baker.prepare(&mesh, spec, &options).await?;

@@ -229,7 +229,7 @@ mod tests {
     ) -> Option<anyhow::Result<TimedBake>> {
         let name = aogrid_tests::gpu()?.adapter().name.clone();
         let mesh = Model::Table.mesh(None).unwrap();
-        let (spec, options) = (spec(&mesh), BakeOptions::recommended());
+        let (spec, options) = (spec(&mesh), BakeOptions::paper());
         let mut backend = Backend::new(request(name), Some(Algorithm::DirectionSweep));
         backend.find_gpu().unwrap();
         let Gpu::Found(found) = &backend.gpu else {
@@ -251,7 +251,7 @@ mod tests {
     fn spec(mesh: &TriangleMesh) -> GridSpec {
         let placement = Placement {
             resolution: [9; 3],
-            ..Placement::default()
+            ..Placement::paper()
         };
         placement.place(&mesh.bounds()).unwrap()
     }
@@ -266,7 +266,7 @@ mod tests {
         let why = timed.gpu_failure.unwrap();
         assert!(why.contains("lost") && why.lines().count() == 1, "{why}");
         let mesh = Model::Table.mesh(None).unwrap();
-        let options = BakeOptions::recommended();
+        let options = BakeOptions::paper();
         let alone =
             Backend::new(BackendRequest::Cpu, None).bake(&mesh, spec(&mesh), &options, UNOBSERVED);
         assert_eq!(timed.raw, alone.unwrap().raw);

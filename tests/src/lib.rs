@@ -26,7 +26,7 @@ pub fn exact_options() -> BakeOptions {
         boundary: BoundaryMode::None,
         encoding: Encoding::Cone,
         format: TexelFormat::F32,
-        ..BakeOptions::recommended()
+        ..BakeOptions::paper()
     }
 }
 

@@ -176,7 +176,7 @@ mod tests {
     fn cells_are_those_crossed_and_distances_are_near_those_to_all_triangles() {
         for model in [Model::Robot, Model::Torus, Model::Sheet] {
             let mesh = model.mesh(None).unwrap();
-            let spec = Placement::default().place(&mesh.bounds()).unwrap();
+            let spec = Placement::paper().place(&mesh.bounds()).unwrap();
             let surface = Surface::new(&mesh, &spec);
             let (center, size) = (spec.center().map(f64::from), spec.cell_size());
             let in_cells =

@@ -35,7 +35,7 @@ fn without(mesh: &TriangleMesh, triangle: usize) -> TriangleMesh {
 fn prepared(mesh: &TriangleMesh, resolution: [u32; 3]) -> PreparedMesh {
     let placement = Placement {
         resolution,
-        ..Placement::default()
+        ..Placement::paper()
     };
     let spec = placement.place(&mesh.bounds()).unwrap();
     PreparedMesh::new(mesh, spec, BakeOptions::SAMPLE_OFFSET).unwrap()

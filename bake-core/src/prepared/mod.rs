@@ -204,7 +204,7 @@ mod tests {
     use crate::models::Model;
 
     fn prepared(mesh: &TriangleMesh) -> PreparedMesh {
-        let spec = Placement::default().place(&mesh.bounds()).unwrap();
+        let spec = Placement::paper().place(&mesh.bounds()).unwrap();
         PreparedMesh::new(mesh, spec, [3.1e-4, -1.7e-4, 4.3e-4]).unwrap()
     }
 

@@ -141,7 +141,7 @@ mod tests {
             triangles: 0..1,
         };
         let mesh = TriangleMesh::new(corners, vec![[0, 1, 2]], vec![whole]).unwrap();
-        let spec = Placement::default().place(&mesh.bounds()).unwrap();
+        let spec = Placement::paper().place(&mesh.bounds()).unwrap();
         let mesh = PreparedMesh::new(&mesh, spec, BakeOptions::SAMPLE_OFFSET).unwrap();
         let frame = AxisFrame::new(&spec, 2, 16);
         let search = RowSearch::new(&mesh, &frame);

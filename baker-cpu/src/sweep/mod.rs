@@ -313,7 +313,7 @@ mod tests {
             let mesh = sample.mesh(Some(3000)).unwrap();
             let placement = Placement {
                 resolution,
-                ..Placement::default()
+                ..Placement::paper()
             };
             let spec = placement.place(&mesh.bounds()).unwrap();
             let mesh = PreparedMesh::new(&mesh, spec, BakeOptions::SAMPLE_OFFSET).unwrap();

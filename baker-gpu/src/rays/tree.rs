@@ -185,7 +185,7 @@ mod tests {
     fn leaves_cover_every_triangle_once_and_boxes_contain_their_subtrees() {
         for sample in [Model::Box, Model::SpaceShip, Model::Robot] {
             let mesh = sample.mesh(None).unwrap();
-            let spec = Placement::default().place(&mesh.bounds()).unwrap();
+            let spec = Placement::paper().place(&mesh.bounds()).unwrap();
             let bvh = Bvh::new(&mesh, &spec, [0.0; 3]);
             assert_eq!(bvh.corners.len(), mesh.triangles().len());
             let mut seen = vec![0; bvh.corners.len()];

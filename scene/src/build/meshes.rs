@@ -130,8 +130,8 @@ impl Builder<'_> {
     fn grid(&self, file: &MeshFile) -> crate::Result<GridSource> {
         let Some(spanned) = &file.grid else {
             return Ok(GridSource::Bake(
-                Placement::default(),
-                BakeOptions::recommended(),
+                Preset::Default.placement(),
+                Preset::Default.options(),
             ));
         };
         let grid = spanned.get_ref();

@@ -67,7 +67,7 @@ pub(crate) struct PaperGrid {
 
 impl PaperGrid {
     pub(crate) fn around(mesh: &TriangleMesh) -> Result<Self> {
-        let spec: GridSpec = Placement::default().place(&mesh.bounds())?;
+        let spec: GridSpec = Placement::paper().place(&mesh.bounds())?;
         let vector = |v: [f32; 3]| DVec3::from(v.map(f64::from));
         let half_extents = vector(spec.half_extents());
         let cells = DVec3::from(spec.resolution().map(f64::from));

@@ -76,7 +76,7 @@ fn from_center(position: [f64; 3]) -> ([f64; 3], f64) {
 fn a_ball_occludes_the_solid_angle_of_its_cap() {
     // 20 · 4⁶ triangles: the polyhedron's radius is within 1e-4 of the ball's.
     let ball = Model::Sphere.mesh(Some(81_920)).unwrap();
-    assert_ball(&raw(&ball, &Placement::default(), &exact_options()));
+    assert_ball(&raw(&ball, &Placement::paper(), &exact_options()));
 }
 
 /// Asserts the accuracy of any baker's grid of the ball at 32³ cells.
@@ -113,14 +113,14 @@ fn outside_box([x, y, z]: [f64; 3]) -> bool {
 #[test]
 fn a_box_occludes_the_solid_angles_of_its_faces() {
     let mesh = Model::Box.mesh(None).unwrap();
-    assert_box(&mesh, &raw(&mesh, &Placement::default(), &exact_options()));
+    assert_box(&mesh, &raw(&mesh, &Placement::paper(), &exact_options()));
 
     // With rows half as wide every cell is within the tolerance.
     let mut fine = exact_options();
     fine.sampling = Sampling::CubeFaces { size: 32 };
     let placement = Placement {
         resolution: [16; 3],
-        ..Placement::default()
+        ..Placement::paper()
     };
     assert_within(
         &errors(box_errors(&mesh, &raw(&mesh, &placement, &fine)).into_iter()),
@@ -166,7 +166,7 @@ fn deviations(mesh: &TriangleMesh, exact: impl Fn([f64; 3]) -> f64, n: u32, seed
     options.sampling = Sampling::MonteCarlo { count: n, seed };
     let placement = Placement {
         resolution: [12; 3],
-        ..Placement::default()
+        ..Placement::paper()
     };
     let grid = raw(mesh, &placement, &options);
     let outside = samples(&grid).filter(|(position, _, _)| outside_box(*position));
@@ -196,7 +196,7 @@ fn the_interior_of_a_box_is_enclosed_for_every_face_size() {
     let mesh = Model::Box.mesh(None).unwrap();
     let placement = Placement {
         resolution: [12; 3],
-        ..Placement::default()
+        ..Placement::paper()
     };
     for size in [8, 9, 15, 16, 17] {
         let mut options = exact_options();

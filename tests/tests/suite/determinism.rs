@@ -8,9 +8,9 @@ fn one_thread_two_threads_and_two_runs_give_the_same_file() {
     let mesh = Model::SpaceShip.mesh(None).unwrap();
     let placement = Placement {
         resolution: [16; 3],
-        ..Placement::default()
+        ..Placement::paper()
     };
-    let mut options = BakeOptions::recommended();
+    let mut options = BakeOptions::paper();
     for sampling in [
         Sampling::CubeFaces { size: 16 },
         Sampling::MonteCarlo {

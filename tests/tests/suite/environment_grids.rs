@@ -58,7 +58,7 @@ fn receivers_with_grids(name: &str, settings: &Settings) -> OccludedReceivers {
         let options = BakeOptions {
             boundary: BoundaryMode::None,
             format: settings.format,
-            ..BakeOptions::recommended()
+            ..BakeOptions::paper()
         };
         let placement = Placement {
             resolution: [settings.resolution; 3],

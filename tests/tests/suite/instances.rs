@@ -77,11 +77,11 @@ const MAX_RMSE: f64 = 1e-4;
 #[test]
 fn rotated_enlarged_and_mirrored_instances_shade_like_a_new_bake() {
     let mesh = Model::LShape.mesh(None).unwrap();
-    let baked = grid(&mesh, &Placement::default(), &exact_options());
+    let baked = grid(&mesh, &Placement::paper(), &exact_options());
     for (name, m) in exact_transforms() {
         let rebaked = grid(
             &transformed(&mesh, m),
-            &Placement::default(),
+            &Placement::paper(),
             &exact_options(),
         );
         let instance = Shaded::new(&baked, &Instance::at(m));
@@ -137,7 +137,7 @@ const MAX_ERROR_RATIO: f64 = 1.25;
 fn arbitrarily_rotated_instances_differ_from_a_new_bake_no_more_than_two_grids_do() {
     let mesh = Model::LShape.mesh(None).unwrap();
     let options = exact_options();
-    let baked = grid(&mesh, &Placement::default(), &options);
+    let baked = grid(&mesh, &Placement::paper(), &options);
     let m = arbitrary_transform();
     let receivers = receivers(&baked);
     // Every corner of the turned box, and so every receiver, is in the new one.
@@ -145,7 +145,7 @@ fn arbitrarily_rotated_instances_differ_from_a_new_bake_no_more_than_two_grids_d
     let half_extents = [0.7 * Vec3::new(x, y, z).length(); 3];
     let around = |extent| Placement {
         extent,
-        ..Placement::default()
+        ..Placement::paper()
     };
     let rebaked = transformed(&mesh, m);
     let rebaked = grid(
@@ -179,7 +179,7 @@ const STRETCH_CASES: [(f32, f64); 3] = [(1.1, 0.018), (1.5, 0.066), (2.0, 0.11)]
 #[test]
 fn stretched_instances_have_the_documented_error() {
     let mesh = Model::LShape.mesh(None).unwrap();
-    let baked = grid(&mesh, &Placement::default(), &exact_options());
+    let baked = grid(&mesh, &Placement::paper(), &exact_options());
     for (stretch, max_rmse) in STRETCH_CASES {
         let m = [
             [1.0, 0.0, 0.0, 0.0],
@@ -192,7 +192,7 @@ fn stretched_instances_have_the_documented_error() {
         let half_extents = [size[0], stretch * size[1], size[2]];
         let placement = Placement {
             extent: Extent::HalfExtents(half_extents),
-            ..Placement::default()
+            ..Placement::paper()
         };
         let rebaked = grid(&transformed(&mesh, m), &placement, &exact_options());
         let instance = Shaded::new(&baked, &Instance::at(m));

@@ -23,7 +23,7 @@ fn ktx_parse_and_three_js_read_every_kind_of_file() {
     // Three different sizes, so that no axes can be confused; odd ones need padding in R8.
     let placement = Placement {
         resolution: [9, 10, 11],
-        ..Placement::default()
+        ..Placement::paper()
     };
     let paths: Vec<PathBuf> = kinds
         .iter()
@@ -32,7 +32,7 @@ fn ktx_parse_and_three_js_read_every_kind_of_file() {
                 sampling: Sampling::CubeFaces { size: 8 },
                 encoding,
                 format,
-                ..BakeOptions::recommended()
+                ..BakeOptions::paper()
             };
             let path = node.join(format!("{}-{}.ao.ktx2", encoding.name(), format.name()));
             fs::write(&path, grid(&mesh, &placement, &options).to_bytes()).unwrap();

@@ -40,7 +40,7 @@ fn options(interior: Interior) -> BakeOptions {
 }
 
 fn baked(mesh: &TriangleMesh, interior: Interior) -> Grid {
-    grid(mesh, &Placement::default(), &options(interior))
+    grid(mesh, &Placement::paper(), &options(interior))
 }
 
 fn diagonal(mesh: &TriangleMesh) -> f64 {
@@ -88,7 +88,7 @@ impl Scene {
     fn new(mesh: &TriangleMesh, sides: &TriangleMesh) -> Self {
         let occluder = RayScene::new(mesh);
         let lift = LIFT * diagonal(mesh);
-        let spec = Placement::default().place(&mesh.bounds()).unwrap();
+        let spec = Placement::paper().place(&mesh.bounds()).unwrap();
         let cell = spec.cell_size().into_iter().fold(0.0, f64::max);
         let near_points = (MAX_SOLID_ANGLES / sides.triangles().len()).min(MAX_NEAR_POINTS);
         let near = (0..)

@@ -81,11 +81,11 @@ fn every_real_mesh_bakes() {
     };
     let placement = Placement {
         resolution: [8; 3],
-        ..Placement::default()
+        ..Placement::paper()
     };
     let options = BakeOptions {
         sampling: Sampling::CubeFaces { size: 8 },
-        ..BakeOptions::recommended()
+        ..BakeOptions::paper()
     };
     for path in aogrid_tests::files_with_ending(&folder, ".obj") {
         let loaded = mesh::load(&path).unwrap();

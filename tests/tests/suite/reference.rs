@@ -60,13 +60,13 @@ fn receivers(csv: &Path) -> Vec<Receiver> {
 
 fn reference_raw(folder: &Path, name: &str) -> RawGrid {
     let loaded = mesh::load(&folder.join(format!("{name}.obj"))).unwrap();
-    raw(&loaded.mesh, &Placement::default(), &exact_options())
+    raw(&loaded.mesh, &Placement::paper(), &exact_options())
 }
 
 fn treated(raw: &RawGrid, boundary: BoundaryMode) -> Grid {
     let mut options = exact_options();
     options.boundary = boundary;
-    finish(raw.clone(), &Placement::default(), &options)
+    finish(raw.clone(), &Placement::paper(), &options)
 }
 
 #[test]
@@ -160,7 +160,7 @@ fn default_grid(raw: &RawGrid, boundary: BoundaryMode) -> Grid {
     let mut options = exact_options();
     options.boundary = boundary;
     options.format = TexelFormat::Unorm8;
-    finish(raw.clone(), &Placement::default(), &options)
+    finish(raw.clone(), &Placement::paper(), &options)
 }
 
 /// Sums over receivers, of squared differences from the same column and from the truth.

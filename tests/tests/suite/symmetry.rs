@@ -5,7 +5,7 @@ use aogrid_tests::{Random, exact_options, mesh_of, raw};
 fn small() -> Placement {
     Placement {
         resolution: [16, 12, 17],
-        ..Placement::default()
+        ..Placement::paper()
     }
 }
 

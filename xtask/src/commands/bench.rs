@@ -140,9 +140,9 @@ fn measure(path: &Path, args: &Args, console: &Console) -> anyhow::Result<ModelR
     let loaded = mesh::load(path).with_context(shown)?;
     let placement = Placement {
         resolution: args.shared.resolution.unwrap_or([32; 3]),
-        ..Placement::default()
+        ..Placement::paper()
     };
-    let mut options = BakeOptions::recommended();
+    let mut options = BakeOptions::paper();
     if let Some(size) = args.shared.face_size {
         options.sampling = Sampling::CubeFaces { size };
     }

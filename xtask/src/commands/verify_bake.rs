@@ -91,7 +91,7 @@ fn compare(
     let mesh = mesh::load(path)?.mesh;
     let placement = Placement {
         resolution: args.resolution,
-        ..Placement::default()
+        ..Placement::paper()
     };
     let spec = placement.place(&mesh.bounds())?;
     let prepared = PreparedMesh::new(&mesh, spec, BakeOptions::SAMPLE_OFFSET)?;

@@ -28,7 +28,7 @@ fn the_algorithm_is_chosen_as_on_the_cpu() {
     let Some(context) = gpu() else { return };
     let mesh = Model::Table.mesh(None).unwrap();
     let spec = placed(&mesh, 8);
-    let faces = BakeOptions::recommended();
+    let faces = BakeOptions::paper();
     let near = BakeOptions {
         max_distance: Some(1.0),
         ..faces
@@ -63,7 +63,7 @@ fn baking_occlusion_alone_gives_the_same_occlusion() {
         let options = BakeOptions {
             encoding: Encoding::Occlusion,
             max_distance,
-            ..BakeOptions::recommended()
+            ..BakeOptions::paper()
         };
         let raw = bake(context, &mesh, spec, &options);
         let both = BakeOptions {
@@ -81,7 +81,7 @@ fn baking_occlusion_alone_gives_the_same_occlusion() {
                 blake3: "0".repeat(64),
                 triangles: 1,
             };
-            let grid = post::finish(raw, None, &Placement::default(), &options, source);
+            let grid = post::finish(raw, None, &Placement::paper(), &options, source);
             grid.unwrap().texels().to_vec()
         };
         assert_eq!(texels(raw), texels(with_directions));
@@ -93,7 +93,7 @@ fn a_bake_reports_progress_and_can_be_cancelled() {
     let Some(context) = gpu() else { return };
     let mesh = Model::Table.mesh(None).unwrap();
     let spec = placed(&mesh, 24);
-    let mut options = BakeOptions::recommended();
+    let mut options = BakeOptions::paper();
     for max_distance in [None, Some(3.0)] {
         options.max_distance = max_distance;
         let mut baker = Baker::new(context, None);
@@ -126,10 +126,10 @@ fn every_baker_finds_the_same_interior() {
         let mesh = sample.mesh(None).unwrap();
         let placement = Placement {
             resolution: [12, 10, 9],
-            ..Placement::default()
+            ..Placement::paper()
         };
         let spec = placement.place(&mesh.bounds()).unwrap();
-        let faces = BakeOptions::recommended();
+        let faces = BakeOptions::paper();
         let by_cpu = |kernel, options: &BakeOptions| {
             let mut baker = aogrid_baker_cpu::Baker::new(kernel);
             let mut prepared = baker.prepare(&mesh, spec, options).unwrap();

@@ -27,7 +27,7 @@ fn own_device(limits: Limits) -> Option<Context> {
 fn a_lost_device_is_an_error_and_no_panic() {
     let mesh = Model::Table.mesh(None).unwrap();
     let spec = placed(&mesh, 24);
-    let mut options = BakeOptions::recommended();
+    let mut options = BakeOptions::paper();
     for max_distance in [None, Some(3.0)] {
         options.max_distance = max_distance;
         let Some(context) = own_device(Limits::defaults()) else {
@@ -67,7 +67,7 @@ fn small_limits_give_the_same_grid_or_an_error_that_says_so() {
         return;
     };
     let Some(usual) = gpu() else { return };
-    let options = BakeOptions::recommended();
+    let options = BakeOptions::paper();
     let mesh = Model::Robot.mesh(None).unwrap();
     let spec = placed(&mesh, 16);
     let expected = bake(usual, &mesh, spec, &options);
@@ -93,7 +93,7 @@ fn a_bake_needs_neither_a_blocking_wait_nor_a_clock() {
     for max_distance in [None, Some(1.0)] {
         let options = BakeOptions {
             max_distance,
-            ..BakeOptions::recommended()
+            ..BakeOptions::paper()
         };
         let stopped = Context::from_device(context.device(), context.queue())
             .with_clock(|| std::time::Duration::ZERO);

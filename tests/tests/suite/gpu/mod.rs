@@ -16,7 +16,7 @@ use aogrid_grid_format::GridSpec;
 fn placed(mesh: &TriangleMesh, n: u32) -> GridSpec {
     let placement = Placement {
         resolution: [n; 3],
-        ..Placement::default()
+        ..Placement::paper()
     };
     placement.place(&mesh.bounds()).unwrap()
 }

@@ -24,7 +24,7 @@ fn rays_with_and_without_a_maximum_distance_match_the_cpu() {
         let options = BakeOptions {
             sampling: Sampling::CubeFaces { size },
             max_distance,
-            ..BakeOptions::recommended()
+            ..BakeOptions::paper()
         };
         let uploaded = context
             .block_on(caster.upload(&mesh, spec, options.sample_offset))
@@ -58,7 +58,7 @@ fn the_naive_kernel_matches_the_others() {
         let spec = placed(&mesh, 9);
         let options = BakeOptions {
             sampling: Sampling::CubeFaces { size },
-            ..BakeOptions::recommended()
+            ..BakeOptions::paper()
         };
         let mut caster = Caster::new(context);
         let uploaded = context
@@ -90,7 +90,7 @@ fn random_rays_match_the_cpu() {
     for (count, seed) in [(1, 0), (100, 7), (700, u64::MAX)] {
         let options = BakeOptions {
             sampling: Sampling::MonteCarlo { count, seed },
-            ..BakeOptions::recommended()
+            ..BakeOptions::paper()
         };
         let raw = bake(context, &mesh, spec, &options);
         let cpu = RayScene::new(&mesh)
