@@ -22,10 +22,7 @@ impl GridFacts {
             encoding: grid.encoding(),
             format: grid.format(),
             border_fraction: grid.border_fraction(),
-            self_offset: match grid.encoding() {
-                Encoding::Moment => 0.25,
-                Encoding::Cone | Encoding::Occlusion => 0.0,
-            },
+            self_offset: grid.record().self_offset,
         }
     }
 }

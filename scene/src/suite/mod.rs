@@ -285,6 +285,7 @@ fn scene_of(subject: &Subject, pose: &Pose, grid: &GridSource) -> Scene {
         is_similarity: true,
         casts: true,
         strength: 1.0,
+        far_field: None,
         layers: 1,
         casts_on: u32::MAX,
         excludes: vec![],
