@@ -1,10 +1,11 @@
 //! The options of a bake.
 
 use aogrid_grid_format::{
-    BoundaryMode, Encoding, FACE_SIZES, GridSpec, Interior, MAX_SELF_OFFSET, RAY_COUNTS, Sampling,
-    TexelFormat,
+    BoundaryMode, Encoding, FACE_SIZES, GridSpec, Inside, Interior, MAX_SELF_OFFSET, RAY_COUNTS,
+    Sampling, TexelFormat,
 };
 
+use crate::warnings::MAX_DOUBT;
 use crate::{PreparedMesh, SignedLayers, TriangleMesh};
 
 /// The options that determine a grid besides the mesh and the [`Placement`](crate::Placement),
@@ -30,8 +31,9 @@ pub struct BakeOptions {
     /// the moment encoding and no boundary treatment.
     pub fit: bool,
     /// The distance along its normal, in cells, at which a receiver on the occluder itself looks
-    /// up the grid, 0..=2. The file carries it to renderers.
-    pub self_offset: f32,
+    /// up the grid, 0..=2; `None` lets the bake choose (see [`BakeOptions::self_offset_for`]). The
+    /// file carries it to renderers.
+    pub self_offset: Option<f32>,
 }
 
 /// The reason that options are invalid.
@@ -83,8 +85,18 @@ impl BakeOptions {
             encoding: Encoding::Cone,
             format: TexelFormat::Unorm8,
             fit: false,
-            self_offset: 0.0,
+            self_offset: Some(0.0),
         }
+    }
+
+    /// Returns the distance at which the object looks up its own grid: the one asked for; without
+    /// one, a quarter of a cell, where filled cells weigh little, or half a cell for a mesh without
+    /// an inside. A sheet lies in the middle between two layers of cells, and from half a cell on it
+    /// sees the layer of its own side alone.
+    pub fn self_offset_for(&self, inside: Option<&Inside>) -> f32 {
+        let is_open = inside.is_some_and(|inside| inside.doubt > MAX_DOUBT);
+        let chosen = if is_open { 0.5 } else { 0.25 };
+        self.self_offset.unwrap_or(chosen)
     }
 
     /// Returns the signed layers around `mesh` if these options need them.
@@ -124,8 +136,10 @@ impl BakeOptions {
         if self.fit && (encoding != Encoding::Moment || boundary != BoundaryMode::None) {
             return Err(OptionsError::Fit { encoding, boundary });
         }
-        if !(0.0..=MAX_SELF_OFFSET).contains(&self.self_offset) {
-            return Err(OptionsError::SelfOffset(self.self_offset));
+        if let Some(offset) = self.self_offset
+            && !(0.0..=MAX_SELF_OFFSET).contains(&offset)
+        {
+            return Err(OptionsError::SelfOffset(offset));
         }
         let outside = self
             .sample_offset
@@ -159,7 +173,7 @@ mod tests {
         assert_eq!(offset, OptionsError::SampleOffset(0.6));
         let fit = with(|o| o.fit = true);
         assert!(fit.to_string().ends_with("not cone with jgt"), "{fit}");
-        let offset = with(|o| o.self_offset = -0.1);
+        let offset = with(|o| o.self_offset = Some(-0.1));
         assert_eq!(offset, OptionsError::SelfOffset(-0.1));
         assert!(matches!(
             with(|o| o.sample_offset[0] = f32::NAN),

@@ -67,7 +67,7 @@ impl Preset {
                 boundary: BoundaryMode::None,
                 encoding: Encoding::Moment,
                 fit: true,
-                self_offset: 0.25,
+                self_offset: None,
                 ..BakeOptions::recommended()
             },
         }

@@ -5,7 +5,10 @@ use aogrid_grid_format::{Grid, Interior};
 use crate::mesh::MeshReport;
 
 /// The doubt above which a warning is due: more cells are guessed than known to be inside.
-const MAX_DOUBT: f32 = 0.5;
+pub(crate) const MAX_DOUBT: f32 = 0.5;
+
+/// The offset of self look-ups, in cells, from which a sheet sees its own side alone.
+const OWN_SIDE_OFFSET: f32 = 0.5;
 
 /// The occlusion fraction from which a cell is taken to lie inside the model.
 const NEARLY_ENCLOSED: f32 = 0.99;
@@ -16,10 +19,12 @@ pub fn warnings(grid: &Grid, report: &MeshReport) -> Vec<String> {
     let mut warnings = Vec::new();
     if let Some(inside) = &record.inside
         && inside.doubt > MAX_DOUBT
+        && record.self_offset < OWN_SIDE_OFFSET
     {
         warnings.push(format!(
             "it is a sheet, or wide open: which side is inside is a guess for {} cells, and one \
-             side of it may shade itself too dark; give it a thickness if that shows",
+             side of it may shade itself too dark: look it up half a cell along normals (self offset \
+             0.5), or give it a thickness",
             inside.doubtful_cells
         ));
     }

@@ -73,6 +73,7 @@ impl Console {
         if !io::stderr().is_terminal() {
             return Bar::Plain {
                 name: name.to_owned(),
+                start: Instant::now(),
                 last: Mutex::new(Instant::now()),
             };
         }
@@ -86,7 +87,11 @@ impl Console {
 /// The progress display of one long operation.
 pub enum Bar {
     Silent,
-    Plain { name: String, last: Mutex<Instant> },
+    Plain {
+        name: String,
+        start: Instant,
+        last: Mutex<Instant>,
+    },
     Drawn(ProgressBar),
 }
 
@@ -95,7 +100,7 @@ impl Bar {
     pub fn observe(&self, progress: Progress) -> ControlFlow<()> {
         match self {
             Self::Silent => {}
-            Self::Plain { name, last } => print_plain(name, last, progress),
+            Self::Plain { name, start, last } => print_plain(name, *start, last, progress),
             Self::Drawn(bar) => {
                 bar.set_length(progress.total as u64);
                 bar.set_position(progress.done as u64);
@@ -116,15 +121,23 @@ impl Drop for Bar {
     }
 }
 
-/// Prints a progress line, at most one every [`PLAIN_INTERVAL`].
-fn print_plain(name: &str, last: &Mutex<Instant>, Progress { done, total }: Progress) {
+/// Prints a progress line with the time left, at most one every [`PLAIN_INTERVAL`].
+fn print_plain(
+    name: &str,
+    start: Instant,
+    last: &Mutex<Instant>,
+    Progress { done, total }: Progress,
+) {
     // Another thread is printing progress already: this one need not.
     let Ok(mut last) = last.try_lock() else {
         return;
     };
     if last.elapsed() >= PLAIN_INTERVAL {
         *last = Instant::now();
-        let line = printable(&format!("{name}: {} %", 100 * done / total));
+        let left = total.saturating_sub(done) as f64 / done.max(1) as f64;
+        let left = left * start.elapsed().as_secs_f64();
+        let percent = 100 * done / total;
+        let line = printable(&format!("{name}: {percent} %, about {left:.0} s left"));
         print(&mut io::stderr().lock(), &line);
     }
 }

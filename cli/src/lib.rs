@@ -71,7 +71,7 @@ pub enum Command {
     Model(model::Args),
     Export(export::Args),
     Render(Box<render::Args>),
-    Compare(compare::Args),
+    Compare(Box<compare::Args>),
     Adapters(adapters::Args),
 }
 

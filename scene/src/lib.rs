@@ -7,6 +7,7 @@
 
 mod build;
 mod camera;
+pub mod compare;
 mod diagnostics;
 mod environment;
 mod error;

@@ -71,6 +71,7 @@ pub(super) enum ShowFile {
 #[serde(deny_unknown_fields)]
 pub(super) struct TruthFile {
     pub samples: Option<Whole<2, 1_000_000>>,
+    pub error: Option<Positive>,
     pub seed: Option<Whole<0, { u32::MAX }>>,
     pub max_distance: Option<Positive>,
 }

@@ -72,7 +72,7 @@ pub fn finish(
         boundary,
         snap: placement.snap && matches!(placement.extent, Extent::Epsilon(_)),
         fit: near.is_some(),
-        self_offset: options.self_offset,
+        self_offset: options.self_offset_for(classification.inside().as_ref()),
         source,
     };
     Ok(Grid::encode(

@@ -208,7 +208,7 @@ fn bake_options(grid: &GridFile) -> Result<BakeOptions, &'static str> {
         encoding,
         format: grid.format.map_or(default.format, Into::into),
         fit: grid.fit.unwrap_or(default.fit && can_fit),
-        self_offset: grid.self_offset.map_or(default.self_offset, |v| v.0 as f32),
+        self_offset: grid.self_offset.map(|v| v.0 as f32).or(default.self_offset),
     })
 }
 

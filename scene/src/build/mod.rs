@@ -196,11 +196,25 @@ impl UpAxis {
     }
 }
 
+/// The standard error that truth has to reach if a scene says nothing.
+const TRUTH_ERROR: f64 = 0.002;
+
 fn truth_options(file: Option<TruthFile>) -> ReferenceOptions {
     let default = ReferenceOptions::recommended();
-    let Some(file) = file else { return default };
+    let Some(file) = file else {
+        return ReferenceOptions {
+            error: Some(TRUTH_ERROR),
+            ..default
+        };
+    };
     ReferenceOptions {
         samples: file.samples.map_or(default.samples, |n| n.0),
+        error: match (file.error, file.samples) {
+            (Some(error), _) => Some(error.0),
+            // Someone who names a number of rays wants them all.
+            (None, Some(_)) => None,
+            (None, None) => Some(TRUTH_ERROR),
+        },
         seed: file.seed.map_or(default.seed, |n| n.0.into()),
         max_distance: file.max_distance.map(|d| d.0),
     }

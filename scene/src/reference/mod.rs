@@ -12,6 +12,11 @@
 //! Every stratum gets two samples, whose difference is an unbiased estimate of its variance. This
 //! loses a fifth of the precision of one sample per stratum, but gives a reliable standard error.
 //!
+//! With a standard error to reach ([`ReferenceOptions::error`]), a few samples of a receiver tell
+//! how many it needs by that power of −¾. They are thrown away: the estimate from as many new ones
+//! has no bias, whereas one that stops as soon as it looks good enough has, since a receiver that
+//! happens to hit nothing looks good.
+//!
 //! Light is the mean incident radiance, irradiance over π, which is what a white surface
 //! reflects. The radiance of an [`Environment`] up to a multiple of the map's mean comes from the
 //! same rays. The excess of brighter texels, such as the sun and lamps, is importance-sampled, so
@@ -57,9 +62,12 @@ pub struct Receiver {
 /// The options of the reference. There is no default; [`ReferenceOptions::recommended`] is one choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReferenceOptions {
-    /// The minimum number of rays per receiver, rounded up to twice a square. An eighth as many are
-    /// added for each light that is sampled separately.
+    /// The number of rays per receiver, rounded up to twice a square. An eighth as many are added
+    /// for each light that is sampled separately.
     pub samples: u32,
+    /// The standard error to reach, of AO and of light (in radiance): a receiver gets as few rays
+    /// as that takes, and `samples` at the most. `None` for `samples` rays for all.
+    pub error: Option<f64>,
     /// The seed of the random numbers.
     pub seed: u64,
     /// The distance, in world units, beyond which geometry does not occlude the sky; `None` for
@@ -110,6 +118,7 @@ impl ReferenceOptions {
     pub fn recommended() -> Self {
         Self {
             samples: 8192,
+            error: None,
             seed: 0,
             max_distance: None,
         }
@@ -153,11 +162,13 @@ pub fn reflect(
 struct Integrator<'a> {
     occluder: Option<&'a RayScene>,
     lighting: &'a Lighting<'a>,
-    strata: Strata,
-    /// The strata of the lights that are sampled separately.
-    light_strata: Strata,
+    samples: u32,
+    error: Option<f64>,
     max_distance: f64,
 }
+
+/// The number of rays that tell how many a receiver needs.
+const PILOT_SAMPLES: u32 = 128;
 
 impl<'a> Integrator<'a> {
     fn new(
@@ -168,8 +179,8 @@ impl<'a> Integrator<'a> {
         Self {
             occluder,
             lighting,
-            strata: Strata::of_samples(options.samples),
-            light_strata: Strata::of_samples(options.samples / 8),
+            samples: options.samples,
+            error: options.error,
             max_distance: options.max_distance.unwrap_or(f64::INFINITY),
         }
     }
@@ -203,13 +214,32 @@ impl<'a> Integrator<'a> {
 
     /// Shades one receiver.
     fn shade(&self, receiver: &Reflection, mut random: Random) -> ShadingEstimate {
-        let hemisphere = self.hemisphere(receiver, &mut random);
+        let samples = match self.error {
+            Some(error) if self.samples > PILOT_SAMPLES => {
+                let pilot = self.estimate(receiver, PILOT_SAMPLES, &mut random);
+                samples_for(error, &pilot).min(self.samples)
+            }
+            _ => self.samples,
+        };
+        self.estimate(receiver, samples, &mut random)
+    }
+
+    /// Shades one receiver with so many samples.
+    fn estimate(
+        &self,
+        receiver: &Reflection,
+        samples: u32,
+        random: &mut Random,
+    ) -> ShadingEstimate {
+        let strata = Strata::of_samples(samples);
+        let light_strata = Strata::of_samples(samples / 8);
+        let hemisphere = self.hemisphere(receiver, strata, random);
         let (means, mut variances) = (hemisphere.means(), hemisphere.variances());
         let mut light = [means[1], means[2], means[3]];
         // The estimates are independent, so that their variances add.
         let sampled = [
-            self.bright_texels(receiver, &mut random),
-            self.area_light(receiver, &mut random),
+            self.bright_texels(receiver, light_strata, random),
+            self.area_light(receiver, light_strata, random),
         ];
         for estimates in sampled.into_iter().flatten() {
             let (means, more) = (estimates.means(), estimates.variances());
@@ -230,8 +260,13 @@ impl<'a> Integrator<'a> {
 
     /// Estimates the occlusion, then the three colors of the ambient light and of the environment
     /// up to its cap, over the receiver's hemisphere or lobe.
-    fn hemisphere(&self, receiver: &Reflection, random: &mut Random) -> Accumulator<4> {
-        self.strata.accumulate(random, |square| {
+    fn hemisphere(
+        &self,
+        receiver: &Reflection,
+        strata: Strata,
+        random: &mut Random,
+    ) -> Accumulator<4> {
+        strata.accumulate(random, |square| {
             let Some((direction, weight)) = receiver.sample(square) else {
                 return [0.0; 4];
             };
@@ -248,9 +283,14 @@ impl<'a> Integrator<'a> {
     }
 
     /// Estimates the light of the environment above its cap.
-    fn bright_texels(&self, receiver: &Reflection, random: &mut Random) -> Option<Accumulator<3>> {
+    fn bright_texels(
+        &self,
+        receiver: &Reflection,
+        strata: Strata,
+        random: &mut Random,
+    ) -> Option<Accumulator<3>> {
         let bright = self.lighting.environment?.bright()?;
-        Some(self.light_strata.accumulate(random, |square| {
+        Some(strata.accumulate(random, |square| {
             let (direction, radiance_over_density) = bright.sample(square);
             let weight = receiver.density(direction);
             match weight > 0.0 && !self.is_occluded(receiver, direction, self.max_distance) {
@@ -261,9 +301,14 @@ impl<'a> Integrator<'a> {
     }
 
     /// Estimates the light of the area light.
-    fn area_light(&self, receiver: &Reflection, random: &mut Random) -> Option<Accumulator<3>> {
+    fn area_light(
+        &self,
+        receiver: &Reflection,
+        strata: Strata,
+        random: &mut Random,
+    ) -> Option<Accumulator<3>> {
         let light = self.lighting.area_light.as_ref()?;
-        Some(self.light_strata.accumulate(random, |square| {
+        Some(strata.accumulate(random, |square| {
             let Some((towards, irradiance)) = light.sample(square, receiver.position.into()) else {
                 return [0.0; 3];
             };
@@ -285,6 +330,19 @@ impl<'a> Integrator<'a> {
             occluder.is_occluded(receiver.position, direction, max_distance)
         })
     }
+}
+
+/// Returns the number of samples that reach a standard error, given the estimate of the pilot.
+fn samples_for(error: f64, pilot: &ShadingEstimate) -> u32 {
+    // Few pairs of the pilot differ, so that their number is uncertain: one more is counted. Without
+    // it, a receiver whose pilot hits nothing would seem to be free of error.
+    let one_pair = 1.0 / f64::from(PILOT_SAMPLES);
+    let occlusion = one_pair.hypot(f64::from(pilot.occlusion.standard_error));
+    let light = pilot.light.map(|c| f64::from(c.standard_error));
+    let largest = light.into_iter().fold(occlusion, f64::max);
+    let samples = f64::from(PILOT_SAMPLES) * (largest / error).powf(4.0 / 3.0);
+    // The cast saturates.
+    (samples.ceil() as u32).max(PILOT_SAMPLES)
 }
 
 /// The length of a shadow ray as a fraction of the distance to the light, so that a lamp's housing

@@ -55,10 +55,10 @@ impl Area {
 }
 
 /// The number of half-extents of the grid's box up to which receivers are beyond it.
-pub(super) const BEYOND: f64 = 3.0;
+pub(crate) const BEYOND: f64 = 3.0;
 
 /// The papers' grid around an occluder, in object space.
-pub(super) struct PaperGrid {
+pub(crate) struct PaperGrid {
     pub center: DVec3,
     pub half_extents: DVec3,
     /// The diagonal of a cell.
@@ -66,7 +66,7 @@ pub(super) struct PaperGrid {
 }
 
 impl PaperGrid {
-    pub(super) fn around(mesh: &TriangleMesh) -> Result<Self> {
+    pub(crate) fn around(mesh: &TriangleMesh) -> Result<Self> {
         let spec: GridSpec = Placement::default().place(&mesh.bounds())?;
         let vector = |v: [f32; 3]| DVec3::from(v.map(f64::from));
         let half_extents = vector(spec.half_extents());
@@ -79,7 +79,7 @@ impl PaperGrid {
     }
 
     /// Returns the largest coordinate of a point relative to the box: 1 on its surface.
-    pub(super) fn half_extents_away(&self, point: DVec3) -> f64 {
+    pub(crate) fn half_extents_away(&self, point: DVec3) -> f64 {
         ((point - self.center) / self.half_extents)
             .abs()
             .max_element()

@@ -9,13 +9,15 @@
 //! Receivers are quasi-random by area (or volume), from a seed. Those inside the occluder, and
 //! those that turn out to see nothing, are left out and counted.
 
-mod areas;
+pub(crate) mod areas;
 mod poses;
 mod quasi;
 mod rows;
 mod sampling;
 mod stats;
-mod surface;
+pub(crate) mod surface;
+mod tree;
+mod triangle;
 mod truth;
 
 use std::ops::ControlFlow;
@@ -36,8 +38,7 @@ use crate::{GridSource, Instance, Material, Scene, SceneMesh, paths};
 pub use areas::Area;
 use poses::{Pose, poses};
 pub use rows::{ROWS, Row};
-pub use stats::ErrorStats;
-use stats::Sample;
+pub use stats::{ErrorStats, Sample};
 pub use truth::Truth;
 
 /// The options of the suite.

@@ -25,9 +25,9 @@ pub struct Row {
 }
 
 /// The rows: a new one is a line here. The steps from the papers to the default come first.
-pub const ROWS: [Row; 23] = [
+pub const ROWS: [Row; 24] = [
     row(Preset::Paper, "paper", "cone", |_, _| {}),
-    row(Preset::Paper, "+ no boundary treatment", "cone", |_, o| {
+    row(Preset::Paper, "paper none", "cone", |_, o| {
         o.boundary = BoundaryMode::None;
     }),
     row(Preset::Paper, "+ signed interior", "cone", |_, o| {
@@ -44,47 +44,48 @@ pub const ROWS: [Row; 23] = [
         o.fit = false;
     }),
     row(Preset::Default, "+ snap", "cone", |_, o| o.fit = false),
-    row(Preset::Default, "+ fit = default", "cone", |_, _| {}),
-    row(Preset::Default, "default, merged", "merge", |_, _| {}),
-    row(Preset::Default, "default, shifted", "cone", |p, _| {
+    row(Preset::Default, "default", "cone", |_, _| {}),
+    row(Preset::Default, "default merged", "merge", |_, _| {}),
+    row(Preset::Default, "default mean", "mean", |_, _| {}),
+    row(Preset::Default, "default shifted", "cone", |p, _| {
         p.snap = false
     })
     .shifted(),
-    row(Preset::Default, "default, f16", "cone", |_, o| {
+    row(Preset::Default, "default f16", "cone", |_, o| {
         o.format = TexelFormat::F16;
     }),
     row(Preset::Economy, "economy", "cone", |_, _| {}),
     row(Preset::Fine, "fine", "cone", |_, _| {}),
-    row(Preset::Paper, "paper, rr", "cone", |_, o| {
+    row(Preset::Paper, "paper rr", "cone", |_, o| {
         o.boundary = BoundaryMode::Rr
     }),
-    row(Preset::Paper, "paper, merged", "merge", |_, _| {}),
-    row(Preset::Paper, "paper, shifted", "cone", |_, _| {}).shifted(),
-    row(Preset::Paper, "paper, 16³", "cone", |p, _| {
+    row(Preset::Paper, "paper merged", "merge", |_, _| {}),
+    row(Preset::Paper, "paper shifted", "cone", |_, _| {}).shifted(),
+    row(Preset::Paper, "paper 16³", "cone", |p, _| {
         p.resolution = [16; 3]
     }),
-    row(Preset::Paper, "paper, ε 0.3", "cone", |p, _| {
+    row(Preset::Paper, "ε 0.3 jgt", "cone", |p, _| {
         p.extent = Extent::Epsilon(0.3)
     }),
-    row(Preset::Paper, "paper, none, 64³", "cone", |p, o| {
+    row(Preset::Paper, "paper none 64³", "cone", |p, o| {
         p.resolution = [64; 3];
         o.boundary = BoundaryMode::None;
     }),
-    row(Preset::Paper, "paper, none, shifted", "cone", |_, o| {
+    row(Preset::Paper, "paper none shifted", "cone", |_, o| {
         o.boundary = BoundaryMode::None;
     })
     .shifted(),
-    row(Preset::Paper, "paper, none, 16³", "cone", |p, o| {
+    row(Preset::Paper, "paper none 16³", "cone", |p, o| {
         p.resolution = [16; 3];
         o.boundary = BoundaryMode::None;
     }),
-    row(Preset::Paper, "paper, none, merged", "merge", |_, o| {
+    row(Preset::Paper, "paper none merged", "merge", |_, o| {
         o.boundary = BoundaryMode::None;
     }),
-    row(Preset::Paper, "occlusion, jgt", "occlusion", |_, o| {
+    row(Preset::Paper, "occlusion jgt", "occlusion", |_, o| {
         o.encoding = Encoding::Occlusion;
     }),
-    row(Preset::Paper, "occlusion, none", "occlusion", |_, o| {
+    row(Preset::Paper, "occlusion none", "occlusion", |_, o| {
         o.encoding = Encoding::Occlusion;
         o.boundary = BoundaryMode::None;
     }),

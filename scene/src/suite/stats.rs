@@ -28,15 +28,18 @@ pub struct ErrorStats {
 
 /// A receiver's shaded and true AO, and the standard error of the latter.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sample {
+pub struct Sample {
+    /// The shaded AO.
     pub shaded: f64,
+    /// The true AO.
     pub truth: f64,
+    /// The standard error of the truth.
     pub truth_error: f64,
 }
 
 impl ErrorStats {
     /// Returns the statistics; `None` without receivers.
-    pub(crate) fn of(samples: &[Sample]) -> Option<Self> {
+    pub fn of(samples: &[Sample]) -> Option<Self> {
         let n = samples.len();
         let mean = |value: fn(&Sample) -> f64| samples.iter().map(value).sum::<f64>() / n as f64;
         let mut sizes: Vec<f64> = samples.iter().map(|s| (s.shaded - s.truth).abs()).collect();

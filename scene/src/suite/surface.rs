@@ -7,6 +7,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::quasi::Quasi;
+use super::tree::Tree;
+use super::triangle::Triangle;
 use crate::reference::Receiver;
 
 /// The share of boundary edges up to which a mesh counts as a solid with a few holes. Scans and
@@ -17,23 +19,17 @@ const MAX_BOUNDARY_SHARE: f64 = 0.04;
 const ENCLOSURE_RAYS: usize = 128;
 
 /// The triangles of a mesh in double precision.
-pub(super) struct Surface {
+pub(crate) struct Surface {
     triangles: Vec<Triangle>,
+    tree: Tree,
     /// The areas of the triangles up to and including each.
     cumulative_areas: Vec<f64>,
     is_solid: bool,
     rays: RayScene,
 }
 
-struct Triangle {
-    corners: [DVec3; 3],
-    /// A sphere around the corners.
-    center: DVec3,
-    radius: f64,
-}
-
 impl Surface {
-    pub(super) fn new(mesh: &TriangleMesh) -> Self {
+    pub(crate) fn new(mesh: &TriangleMesh) -> Self {
         let triangles: Vec<_> = mesh.corners().map(Triangle::new).collect();
         let mut total = 0.0;
         let areas = triangles.iter().map(|triangle| {
@@ -45,6 +41,7 @@ impl Surface {
         Self {
             cumulative_areas: areas.collect(),
             is_solid: report.boundary_edges as f64 <= MAX_BOUNDARY_SHARE * n_edges,
+            tree: Tree::new(&triangles),
             triangles,
             rays: RayScene::new(mesh),
         }
@@ -71,18 +68,8 @@ impl Surface {
     }
 
     /// Returns the closest point of the surface that is nearer than `limit`, if there is one.
-    pub(super) fn closest(&self, point: DVec3, limit: f64) -> Option<DVec3> {
-        let (mut best, mut found) = (limit, None);
-        for triangle in &self.triangles {
-            if (point - triangle.center).length() - triangle.radius < best {
-                let candidate = triangle.closest(point);
-                let distance = (point - candidate).length();
-                if distance < best {
-                    (best, found) = (distance, Some(candidate));
-                }
-            }
-        }
-        found
+    pub(crate) fn closest(&self, point: DVec3, limit: f64) -> Option<DVec3> {
+        self.tree.closest(&self.triangles, point, limit)
     }
 
     /// Whether a point is inside: enclosed on all sides, or inside a solid that may have holes, by
@@ -115,65 +102,6 @@ pub(super) fn sphere([s, t]: [f64; 2]) -> DVec3 {
     DVec3::new(r * cos, r * sin, z)
 }
 
-impl Triangle {
-    fn new(corners: [[f32; 3]; 3]) -> Self {
-        let corners = corners.map(|p| DVec3::from(p.map(f64::from)));
-        let center = (corners[0] + corners[1] + corners[2]) / 3.0;
-        let radii = corners.map(|p| (p - center).length());
-        Self {
-            corners,
-            center,
-            radius: radii.into_iter().fold(0.0, f64::max),
-        }
-    }
-
-    /// Returns the normal by the right-hand rule; its length is twice the area.
-    fn area_normal(&self) -> DVec3 {
-        let [a, b, c] = self.corners;
-        (b - a).cross(c - a)
-    }
-
-    /// Returns the signed solid angle that the triangle subtends at a point.
-    fn solid_angle(&self, point: DVec3) -> f64 {
-        let [a, b, c] = self.corners.map(|p| p - point);
-        let [la, lb, lc] = [a, b, c].map(DVec3::length);
-        let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-        2.0 * a.dot(b.cross(c)).atan2(denominator)
-    }
-
-    /// Returns the closest point (Ericson, *Real-Time Collision Detection*, 5.1.5).
-    fn closest(&self, p: DVec3) -> DVec3 {
-        let [a, b, c] = self.corners;
-        let (ab, ac, ap) = (b - a, c - a, p - a);
-        let (d1, d2) = (ab.dot(ap), ac.dot(ap));
-        if d1 <= 0.0 && d2 <= 0.0 {
-            return a;
-        }
-        let (d3, d4) = (ab.dot(p - b), ac.dot(p - b));
-        if d3 >= 0.0 && d4 <= d3 {
-            return b;
-        }
-        let vc = d1 * d4 - d3 * d2;
-        if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-            return a + d1 / (d1 - d3) * ab;
-        }
-        let (d5, d6) = (ab.dot(p - c), ac.dot(p - c));
-        if d6 >= 0.0 && d5 <= d6 {
-            return c;
-        }
-        let vb = d5 * d2 - d1 * d6;
-        if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-            return a + d2 / (d2 - d6) * ac;
-        }
-        let va = d3 * d6 - d5 * d4;
-        if va <= 0.0 && d4 >= d3 && d5 >= d6 {
-            return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
-        }
-        let sum = va + vb + vc;
-        a + vb / sum * ab + vc / sum * ac
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -192,6 +120,22 @@ mod tests {
             assert!((found - DVec3::from(closest)).length() < 1e-12, "{found}");
         }
         assert_eq!(surface.closest(DVec3::new(0.0, 2.5, 0.0), 1.4), None);
+    }
+
+    #[test]
+    fn the_tree_finds_what_all_triangles_have() {
+        let surface = Surface::new(&Model::Robot.mesh(None).unwrap());
+        let quasi = Quasi::<3>::new(1);
+        for idx in 0..200 {
+            let point = 2.0 * DVec3::from(quasi.point(idx)) - 0.5;
+            let distances = surface
+                .triangles
+                .iter()
+                .map(|t| point.distance(t.closest(point)));
+            let closest = distances.fold(f64::INFINITY, f64::min);
+            let found = surface.closest(point, f64::INFINITY).unwrap();
+            assert_eq!(point.distance(found), closest);
+        }
     }
 
     #[test]

@@ -218,3 +218,28 @@ fn receiver(line: &str) -> Option<TrueReceiver> {
         standard_error,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use aogrid_bake_core::UNOBSERVED;
+    use aogrid_bake_core::models::Model;
+
+    #[test]
+    fn files_of_receivers_are_read_back_or_known_to_be_of_something_else() {
+        let options = SuiteOptions {
+            receivers: 8,
+            samples: 8,
+            seed: 0,
+        };
+        let subject = Subject::of_model(Model::Table);
+        let truth = Truth::trace(&subject, &options, &|_| Box::new(UNOBSERVED)).unwrap();
+        assert!(truth.receivers.len() > 30, "{}", truth.receivers.len());
+        let csv = truth.to_csv();
+        let read = |csv: &str, options| Truth::from_csv(csv, &subject, options);
+        assert_eq!(read(&csv, &options).unwrap(), Some(truth));
+        let other = SuiteOptions { seed: 1, ..options };
+        assert_eq!(read(&csv, &other).unwrap(), None);
+        assert!(read(&csv[..csv.len() - 40], &options).is_err());
+    }
+}

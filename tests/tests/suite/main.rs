@@ -1,5 +1,7 @@
 //! The cross-crate tests, one binary.
 
+/// The accuracy of grids and modes, against a committed table and an independent program.
+mod accuracy;
 /// Exactly known occlusion: a ball, a box, random rays.
 mod analytic;
 /// Committed models match the generator.

@@ -2,6 +2,8 @@
 
 /// Baking: outputs, skipping, parts, reports.
 mod bake;
+/// Comparing scenes with their truth, and the accuracy suite.
+mod compare;
 /// Environment light and glossy surfaces.
 mod environment;
 /// Invalid inputs and outputs: one error line each.

@@ -79,7 +79,7 @@ pub(crate) struct Args {
     #[arg(long, value_enum)]
     pub fit: Option<Switch>,
     /// Distance along its normal, in cells, at which the model's own surface looks up the grid, 0
-    /// to 2; renderers read it from the file [default: 0.25; paper: 0]
+    /// to 2; renderers read it from the file [default: 0.25, 0.5 for sheets; paper: 0]
     #[arg(long, value_name = "CELLS", value_parser = self_offset, allow_hyphen_values = true)]
     pub self_offset: Option<f32>,
     /// Position of a cell's sample, in cells from the center, each within ±0.5
@@ -251,7 +251,7 @@ impl Args {
                 Some(switch) => switch == Switch::On,
                 None => preset.fit && can_fit,
             },
-            self_offset: self.self_offset.unwrap_or(preset.self_offset),
+            self_offset: self.self_offset.or(preset.self_offset),
         };
         options.validate().map_err(|error| {
             clap::Error::raw(

@@ -160,7 +160,7 @@ pub(super) fn up_to_date(
         && record.boundary.requested == options.boundary
         && record.snap == (placement.snap && record.epsilon.is_some())
         && record.fit == options.fit
-        && record.self_offset == options.self_offset
+        && record.self_offset == options.self_offset_for(record.inside.as_ref())
         && record.source.name == file.name()
         && record.source.part == job.part_name
         && record.source.blake3 == file.blake3();

@@ -1,46 +1,68 @@
-//! `compare`: how far shading is from the truth, around the occluders of the accuracy suite.
+//! `compare`: how far shading is from the truth, in a scene or around the occluders of the accuracy
+//! suite.
 
+mod panels;
+mod scene;
 mod suite;
 
 use std::path::PathBuf;
 
 use anyhow::bail;
+use aogrid_scene::reference::ReferenceOptions;
+use aogrid_scene::shade::Mode;
 
 use crate::commands::bake::use_threads;
+use crate::commands::render::{mode_parser, positive};
 use crate::console::Console;
 use crate::interrupt;
 
-/// Compare shading with the truth: run the accuracy suite
+/// Compare shading with the truth: in a scene, or in the accuracy suite
 ///
-/// The suite bakes grids around many occluders and shades receivers in areas around them: near the
-/// occluder on planes that touch it, on tilted planes, near it in free space, in the rest of the
-/// grid's box, beyond it, and on the occluder itself. docs/accuracy.md explains the tables.
+/// Errors are told by area: near an occluder on planes that touch it, on tilted planes, near it in
+/// free space, in the rest of the box of the papers' grid, beyond it, and on the occluder itself.
+/// docs/accuracy.md explains them and the suite.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
+    /// The scene file whose modes are compared with its truth
+    #[arg(required_unless_present = "suite", conflicts_with = "suite")]
+    scene: Option<PathBuf>,
+    /// Shading mode of the scene; several with commas between [default: all that need no light]
+    #[arg(long, value_parser = mode_parser(), value_delimiter = ',', conflicts_with = "suite")]
+    mode: Vec<&'static Mode>,
+    /// Standard error of a scene's truth to reach [default: the scene's, else 0.002]
+    #[arg(long, value_name = "E", value_parser = positive, conflicts_with = "suite")]
+    error: Option<f64>,
     /// Run the accuracy suite: our own shapes and, where the folder AOGRID_SHARED is, real meshes
     #[arg(long)]
     suite: bool,
     /// Judge these occluders only: names of the suite's, or mesh files; several with commas between
-    #[arg(long, value_name = "NAME|FILE", value_delimiter = ',')]
+    #[arg(
+        long,
+        value_name = "NAME|FILE",
+        value_delimiter = ',',
+        requires = "suite"
+    )]
     only: Vec<String>,
     /// Judge rows whose name contains this only; several with commas between
-    #[arg(long, value_name = "TEXT", value_delimiter = ',')]
+    #[arg(long, value_name = "TEXT", value_delimiter = ',', requires = "suite")]
     rows: Vec<String>,
     /// Receivers in each area of an occluder [default: 360]
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000), requires = "suite")]
     receivers: Option<u32>,
-    /// Rays for the truth of a receiver [default: 4096]
+    /// Rays for the truth of a receiver; with --error the most that one gets [default: the scene's,
+    /// else 8192; in the suite 4096]
     #[arg(long, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
     samples: Option<u32>,
-    /// Seed of the receivers and rays
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
-    /// Folder for the receivers with their truth, and for the report suite.json
-    #[arg(short, long, value_name = "FOLDER")]
-    out: Option<PathBuf>,
-    /// Take the truth that is in the folder already instead of tracing it again
-    #[arg(long, requires = "out")]
+    /// Seed of the rays, and of the suite's receivers [default: the scene's, else 0]
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Of a scene: the file for panels (.png) or for receivers (.csv); may be given twice. Of the
+    /// suite: the folder for receivers with their truth, and for the report suite.json
+    #[arg(short, long)]
+    out: Vec<PathBuf>,
+    /// Take the truth that is in the suite's folder already instead of tracing it again
+    #[arg(long, requires = "suite", requires = "out")]
     resume: bool,
     /// Report as one JSON object on stdout
     #[arg(long)]
@@ -53,14 +75,27 @@ pub(crate) struct Args {
 /// The examples at the end of `compare --help`.
 const EXAMPLES: &str = "\
 Examples:
+  aogrid compare scenes/table.toml --mode cone,merge -o table.png -o table.csv
   aogrid compare --suite -o accuracy --resume
   aogrid compare --suite --only box,table --rows paper";
 
-pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
-    if !args.suite {
-        bail!("name what to compare: --suite");
+impl Args {
+    /// Overrides the scene's options with those of the command line.
+    fn apply_to(&self, options: &mut ReferenceOptions) {
+        if self.samples.is_some() || self.error.is_some() {
+            options.error = self.error;
+        }
+        options.samples = self.samples.unwrap_or(options.samples);
+        options.seed = self.seed.unwrap_or(options.seed);
     }
+}
+
+pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     use_threads(args.threads)?;
     interrupt::listen();
-    suite::run(args, console)
+    match (&args.scene, args.out.as_slice()) {
+        (Some(path), _) => scene::run(args, path, console),
+        (None, out @ ([] | [_])) => suite::run(args, out.first().map(PathBuf::as_path), console),
+        (None, _) => bail!("the suite writes to one folder: give -o once"),
+    }
 }

@@ -32,22 +32,22 @@ struct SummaryRow<'a> {
     areas: [Option<Summary>; Area::ALL.len()],
 }
 
-pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
+pub(super) fn run(args: &Args, out: Option<&Path>, console: &Console) -> anyhow::Result<()> {
     let recommended = SuiteOptions::recommended();
     let options = SuiteOptions {
         receivers: args.receivers.unwrap_or(recommended.receivers),
         samples: args.samples.unwrap_or(recommended.samples),
-        seed: args.seed,
+        seed: args.seed.unwrap_or(recommended.seed),
     };
     let rows = rows(&args.rows)?;
     let subjects = subjects(&args.only)?;
-    if let Some(folder) = &args.out {
+    if let Some(folder) = out {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
     let stages = |name: &str| console.stage(name);
     let mut reports = vec![];
     for (idx, subject) in subjects.iter().enumerate() {
-        let truth = truth(args, subject, &options, console)?;
+        let truth = truth(args, out, subject, &options, console)?;
         reports.push(suite::judge(subject, &truth, &rows, &stages)?);
         let n = subjects.len();
         console.note(&format!("{} ({} of {n})", subject.name, idx + 1));
@@ -67,7 +67,7 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
             .collect(),
         subjects: &reports,
     };
-    if let Some(folder) = &args.out {
+    if let Some(folder) = out {
         let json = serde_json::to_string_pretty(&report)?;
         output::write(&folder.join("suite.json"), json.as_bytes())?;
     }
@@ -118,14 +118,12 @@ fn subjects(only: &[String]) -> anyhow::Result<Vec<Subject>> {
 /// Returns an occluder's truth: from the folder with `--resume`, or traced, and kept there.
 fn truth(
     args: &Args,
+    out: Option<&Path>,
     subject: &Subject,
     options: &SuiteOptions,
     console: &Console,
 ) -> anyhow::Result<Truth> {
-    let file = args
-        .out
-        .as_ref()
-        .map(|folder| folder.join(format!("{}.csv", subject.name)));
+    let file = out.map(|folder| folder.join(format!("{}.csv", subject.name)));
     if let Some(file) = file.as_ref().filter(|file| args.resume && file.exists()) {
         let shown = || file.display().to_string();
         let text = fs::read_to_string(file).with_context(shown)?;

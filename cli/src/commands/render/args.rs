@@ -29,7 +29,12 @@ pub(crate) struct Args {
     /// Also write the G-buffer as an EXR file: position, normal, object id
     #[arg(long, value_name = "EXR")]
     pub gbuffer: Option<PathBuf>,
-    /// Rays a receiver for mode truth [default: the scene's, else 8192]
+    /// Standard error to reach in mode truth, with as few rays as that takes [default: the
+    /// scene's, else 0.002; none with --samples]
+    #[arg(long, value_name = "E", value_parser = positive, allow_hyphen_values = true)]
+    pub error: Option<f64>,
+    /// Rays a receiver for mode truth; with --error the most that one gets [default: the scene's,
+    /// else 8192]
     #[arg(long, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
     pub samples: Option<u32>,
     /// Seed of the random numbers of mode truth [default: the scene's, else 0]
@@ -127,6 +132,9 @@ impl Args {
 
     /// Overrides the scene's options with those of the command line.
     pub(crate) fn apply_to(&self, options: &mut ReferenceOptions) {
+        if self.samples.is_some() || self.error.is_some() {
+            options.error = self.error;
+        }
         options.samples = self.samples.unwrap_or(options.samples);
         options.seed = self.seed.unwrap_or(options.seed);
         options.max_distance = self.max_distance.or(options.max_distance);
@@ -134,12 +142,13 @@ impl Args {
 }
 
 /// Returns the parser of modes' names.
-fn mode_parser() -> impl TypedValueParser<Value = &'static Mode> {
+pub(crate) fn mode_parser() -> impl TypedValueParser<Value = &'static Mode> {
     let known = shade::ALL.map(|mode| PossibleValue::new(mode.name).help(mode.summary));
     PossibleValuesParser::new(known).map(|name| Mode::named(&name).expect("clap has checked it"))
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+/// Parses a number above zero.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(v) if v > 0.0 && f64::is_finite(v) => Ok(v),
         _ => Err("it must be a number above zero".into()),

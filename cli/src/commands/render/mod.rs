@@ -9,8 +9,8 @@ use aogrid_scene::reference::Environment;
 use aogrid_scene::shade::{Gpu, Mode, ShadeInput, Shaded, Target};
 use aogrid_scene::{EnvironmentSource, GBuffer, LoadOptions, Scene};
 
-pub(crate) use args::Args;
 use args::OutputKind;
+pub(crate) use args::{Args, mode_parser, positive};
 
 use crate::commands::bake::use_threads;
 use crate::console::Console;

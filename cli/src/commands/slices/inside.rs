@@ -26,7 +26,7 @@ pub(super) fn classify(
         encoding: grid.encoding(),
         format: grid.format(),
         fit: record.fit,
-        self_offset: record.self_offset,
+        self_offset: Some(record.self_offset),
     };
     let bar = console.progress("inside");
     let raw = Baker::new(None)

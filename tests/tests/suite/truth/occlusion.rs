@@ -4,7 +4,7 @@ use aogrid_bake_core::UNOBSERVED;
 use aogrid_bake_core::models::Model;
 use aogrid_baker_cpu::RayScene;
 use aogrid_scene::reference::{Lighting, ReferenceOptions, ShadingEstimate, shade};
-use aogrid_tests::form_factor;
+use aogrid_tests::{form_factor, mesh_of};
 
 use super::{KnownScene, UP, cube, floor, known, quads, rms};
 
@@ -68,8 +68,22 @@ fn endless_wall() -> KnownScene {
     known("endless wall", quads(&[wall]), receivers, |_| 0.5)
 }
 
-fn all_known() -> [KnownScene; 5] {
-    [ball(), cube(), corner(), wall(), endless_wall()]
+/// Returns a ceiling like a disc, of 64 corners, above the floor.
+fn disc() -> KnownScene {
+    let corner = |idx: u32| {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(idx) / 64.0).sin_cos();
+        [0.5 + 0.8 * cos, 0.4, 0.5 + 0.8 * sin].map(|v| v as f32)
+    };
+    let triangles: Vec<_> = (1..63).map(|i| [0, i, i + 1].map(corner)).collect();
+    let polygon: Vec<_> = (0..64).map(|i| corner(i).map(f64::from)).collect();
+    let receivers = floor(|u, v| Some([3.0 * u - 1.0, 3.0 * v - 1.0]));
+    known("disc", mesh_of(&triangles), receivers, move |at| {
+        form_factor(&polygon, at, UP)
+    })
+}
+
+fn all_known() -> [KnownScene; 6] {
+    [ball(), cube(), corner(), wall(), endless_wall(), disc()]
 }
 
 fn occlusion(known: &KnownScene, samples: u32) -> Vec<ShadingEstimate> {
@@ -77,13 +91,17 @@ fn occlusion(known: &KnownScene, samples: u32) -> Vec<ShadingEstimate> {
         samples,
         ..ReferenceOptions::recommended()
     };
+    occlusion_with(known, &options)
+}
+
+fn occlusion_with(known: &KnownScene, options: &ReferenceOptions) -> Vec<ShadingEstimate> {
     let occluder = RayScene::new(&known.mesh);
     let lighting = Lighting::default();
     shade(
         Some(&occluder),
         &known.receivers,
         &lighting,
-        &options,
+        options,
         UNOBSERVED,
     )
     .unwrap()
@@ -130,6 +148,73 @@ fn the_error_falls_with_the_samples_to_the_power_of_three_quarters() {
             few / many
         );
         assert!((16.0..32.0).contains(&(few / many)), "{}", known.name);
+    }
+}
+
+/// The share of normal numbers within twice their standard deviation is 0.954.
+const MIN_WITHIN_TWICE: f64 = 0.95;
+
+/// With some 300 rays about ten pairs differ, and the standard error is uncertain itself: of
+/// Student's t with nine degrees of freedom, 0.923 are within 2.
+const MIN_WITHIN_TWICE_OF_FEW: f64 = 0.92;
+
+/// The largest bias of the reference.
+const MAX_BIAS: f64 = 2e-4;
+
+/// Returns all errors over the known scenes with some options, and the standard errors.
+fn all_errors(options: &ReferenceOptions, seeds: u64) -> Vec<[f64; 2]> {
+    let mut errors = vec![];
+    for (known, seed) in all_known()
+        .iter()
+        .flat_map(|k| (0..seeds).map(move |s| (k, s)))
+    {
+        let shades = occlusion_with(known, &ReferenceOptions { seed, ..*options });
+        errors.extend(shades.iter().zip(&known.expected).map(|(shade, expected)| {
+            let found = shade.occlusion;
+            [
+                f64::from(found.mean) - expected,
+                f64::from(found.standard_error),
+            ]
+        }));
+    }
+    errors
+}
+
+/// Checks the bias and how often an error is at most twice the standard error.
+fn check_errors(name: &str, errors: &[[f64; 2]], min_within: f64) {
+    let n = errors.len() as f64;
+    let bias = errors.iter().map(|[error, _]| error).sum::<f64>() / n;
+    // Where every ray or none hits, the standard error is 0, and the error that of single floats.
+    let is_within = |[error, standard]: &&[f64; 2]| error.abs() <= 2.0 * standard + 1e-6;
+    let within = errors.iter().filter(is_within).count() as f64 / n;
+    println!("{name}: bias {bias:.1e}, {within:.4} of {n} within twice the standard error");
+    assert!(bias.abs() <= MAX_BIAS, "{name}: bias {bias}");
+    // Three standard deviations of a share of n.
+    let spread = 3.0 * (min_within * (1.0 - min_within) / n).sqrt();
+    assert!(within >= min_within - spread, "{name}: {within}");
+}
+
+#[test]
+fn the_suites_truth_has_no_bias_and_knows_its_error() {
+    let options = ReferenceOptions {
+        samples: 4096,
+        ..ReferenceOptions::recommended()
+    };
+    check_errors("4096 rays", &all_errors(&options, 1), MIN_WITHIN_TWICE);
+}
+
+#[test]
+fn rays_until_a_standard_error_reach_it_without_bias() {
+    for error in [0.002, 0.004] {
+        let options = ReferenceOptions {
+            error: Some(error),
+            ..ReferenceOptions::recommended()
+        };
+        let errors = all_errors(&options, 4);
+        let measured = rms(errors.iter().map(|[error, _]| *error));
+        println!("{error}: RMSE {measured:.5}");
+        assert!(measured <= error, "{measured} for {error}");
+        check_errors(&format!("error {error}"), &errors, MIN_WITHIN_TWICE_OF_FEW);
     }
 }
 

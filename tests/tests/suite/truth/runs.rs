@@ -13,6 +13,7 @@ fn results_depend_on_the_seed_and_not_on_the_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let options = ReferenceOptions {
             samples: 100,
+            error: None,
             seed,
             max_distance: None,
         };
