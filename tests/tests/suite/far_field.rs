@@ -77,7 +77,7 @@ fn a_thousand_lines_through_five_objects_have_no_step() {
             let n = vector().normalize().to_array();
             let step = |p: [[f32; 3]; 2]| (shaded.cone(p[0], n) - shaded.cone(p[1], n)).abs();
             let edges = [
-                change(occluder, [from, to], |l| l.remainder < 1.0 || !l.is_reached),
+                change(occluder, [from, to], |l| l.distance > 1.0),
                 change(occluder, [from, to], |l| !l.is_reached),
             ];
             for (which, edge) in edges.into_iter().enumerate() {
