@@ -136,7 +136,7 @@ fn cover(grid: &Grid, instances: &[Instance], buffer: &Buffer) -> [usize; 2] {
 fn meets_box(occluder: &AogridOccluder, from: Vec3, direction: Vec3) -> bool {
     let at = |p: Vec3| {
         let off_center = Vec3::from(aogrid_grid_position(occluder, p.to_array())) - 0.5;
-        off_center * Vec3::from(occluder.per_extent)
+        off_center * Vec3::from(occluder.per_hull) / occluder.reach
     };
     let (start, end) = (at(from), at(from + direction));
     let inverse = (end - start).recip();

@@ -12,11 +12,10 @@ pub struct AogridLookup {
     pub position: [f32; 3],
     /// Whether the occluder has an effect on the receiver.
     pub is_reached: bool,
-    /// The direction from the box's center to the receiver in world space, times the distance beyond
-    /// the hull in its half-extents; zero in the hull.
+    /// The vector from the box's center to the receiver in world space.
     pub outward: [f32; 3],
-    /// The share that is left of the hull's sin²α: 1 in the hull, 0 where the effect ends.
-    pub remainder: f32,
+    /// The distance from the center in half-extents of the hull, at least 1.
+    pub distance: f32,
 }
 
 /// Whether the occluder shades a receiver with this id and these layers.
@@ -46,28 +45,16 @@ pub fn aogrid_grid_position(occluder: &AogridOccluder, position: [f32; 3]) -> [f
 /// The place at which a receiver at a world-space position looks up the grid; not reached for NaN.
 /// In the far field it is on the hull of the outer cells' centers, on the ray from the box's center.
 pub fn aogrid_lookup(occluder: &AogridOccluder, position: [f32; 3]) -> AogridLookup {
-    let p_grid = aogrid_grid_position(occluder, position);
-    let off_center = p_grid.map(|p| p - 0.5);
-    let scaled: [f32; 3] = std::array::from_fn(|x| off_center[x].abs() * occluder.per_extent[x]);
-    // 1 where the effect ends.
-    let distance = scaled[0].max(scaled[1]).max(scaled[2]);
-    // The same in half-extents of the hull.
-    let s = distance * occluder.reach;
-    let mut lookup = AogridLookup {
-        position: p_grid,
-        is_reached: scaled.iter().all(|x| *x <= 1.0),
-        outward: [0.0; 3],
-        remainder: 1.0,
-    };
-    if lookup.is_reached && s > 1.0 {
-        let fade = (4.0 * distance - 3.0).clamp(0.0, 1.0);
-        let from_center: [f32; 3] = std::array::from_fn(|x| position[x] - occluder.center[x]);
-        let length = dot(from_center, from_center).sqrt();
-        lookup.position = off_center.map(|x| x / s + 0.5);
-        lookup.outward = from_center.map(|x| (s - 1.0) * (x / length));
-        lookup.remainder = (fade * fade * (2.0 * fade - 3.0) + 1.0) / (s * s);
+    let off_center = aogrid_grid_position(occluder, position).map(|p| p - 0.5);
+    let scaled: [f32; 3] = std::array::from_fn(|x| off_center[x].abs() * occluder.per_hull[x]);
+    let distance = scaled.into_iter().fold(1.0, f32::max);
+    let per_distance = 1.0 / distance;
+    AogridLookup {
+        position: off_center.map(|x| x * per_distance + 0.5),
+        is_reached: scaled.iter().all(|s| *s <= occluder.reach),
+        outward: std::array::from_fn(|x| position[x] - occluder.center[x]),
+        distance,
     }
-    lookup
 }
 
 /// [`aogrid_lookup`] for a receiver that belongs to the occluder itself. Cells inside the object are
@@ -78,32 +65,38 @@ pub fn aogrid_lookup_on_itself(
     normal: [f32; 3],
 ) -> AogridLookup {
     let rows = [occluder.grid_x, occluder.grid_y, occluder.grid_z];
-    let cells: [f32; 3] = std::array::from_fn(|x| {
+    let steps: [f32; 3] = std::array::from_fn(|x| {
         let [a, b, c, _] = rows[x];
-        occluder.cells[x] * dot([a, b, c], normal)
+        occluder.per_step[x] * dot([a, b, c], normal)
     });
-    let distance = occluder.self_offset / dot(cells, cells).max(AOGRID_SQUARE_EPSILON).sqrt();
+    let distance = 1.0 / dot(steps, steps).max(AOGRID_SQUARE_EPSILON).sqrt();
     let moved = std::array::from_fn(|x| normal[x] * distance + position[x]);
     aogrid_lookup(occluder, moved)
+}
+
+/// The share that is left in the far field of the hull's sin²α: it falls with the distance squared,
+/// and fades to nothing over the last quarter.
+pub fn aogrid_remainder(occluder: &AogridOccluder, distance: f32) -> f32 {
+    let fade = (distance * occluder.fade_scale - 3.0).clamp(0.0, 1.0);
+    let per_distance = 1.0 / distance;
+    (fade * fade * (2.0 * fade - 3.0) + 1.0) * (per_distance * per_distance)
 }
 
 /// The fraction that a sphere occludes farther away, where a share `remainder` is left of its sin²α.
 /// The part of a fraction beyond one half fades as fast.
 pub fn aogrid_distant_fraction(a: f32, remainder: f32) -> f32 {
-    let cos_alpha = -2.0 * a + 1.0;
-    let in_front = cos_alpha.max(0.0);
-    let square = (in_front * in_front - 1.0) * remainder + 1.0;
-    let behind = cos_alpha.min(0.0) * remainder;
-    -0.5 * (square.max(0.0).sqrt() + behind) + 0.5
+    // cos α, its positive and its negative part.
+    let in_front = (-2.0 * a + 1.0).clamp(0.0, 1.0);
+    let behind = (2.0 * a - 1.0).clamp(0.0, 1.0);
+    let square = ((in_front * in_front - 1.0) * remainder + 1.0).clamp(0.0, 1.0);
+    -0.5 * (square.sqrt() - behind * remainder) + 0.5
 }
 
-/// The axis towards what an axis at the hull points to, from farther away (see
-/// [`AogridLookup::outward`]). It keeps its length.
-pub fn aogrid_distant_axis(axis: [f32; 3], outward: [f32; 3]) -> [f32; 3] {
-    let per_length = aogrid_inverse_length(axis);
-    let towards: [f32; 3] = std::array::from_fn(|x| axis[x] * per_length - outward[x]);
-    let length = aogrid_inverse_length(towards) * dot(axis, axis) * per_length;
-    towards.map(|x| x * length)
+/// The unit axis towards what a unit axis at the hull points to, from where the look-up is.
+pub fn aogrid_distant_axis(axis: [f32; 3], lookup: AogridLookup) -> [f32; 3] {
+    let scale = (1.0 - lookup.distance) / dot(lookup.outward, lookup.outward).sqrt();
+    let towards: [f32; 3] = std::array::from_fn(|x| lookup.outward[x] * scale + axis[x]);
+    towards.map(|x| x * aogrid_inverse_length(towards))
 }
 
 /// 1 / |axis|, bounded for axes below the length that counts as no axis.

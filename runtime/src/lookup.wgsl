@@ -23,21 +23,20 @@ struct AogridOccluder {
     strength: f32,
     /// The length that axes have at least: 0 for soft cones, 1 for hard ones.
     min_axis_length: f32,
-    /// The factors of a position relative to the box's center, in [-1/2,1/2]^3, that reach 1 where
-    /// the occluder's effect ends.
-    per_extent: vec3f,
-    /// The distance from the center at which the effect ends, in half-extents of the hull of the
-    /// outer cells' centers; 1 without a far field, where it ends at the box.
+    /// The factors of a position relative to the box's center, in [-1/2,1/2]^3, that reach 1 at the
+    /// hull of the outer cells' centers; without a far field, at the box.
+    per_hull: vec3f,
+    /// The distance from the center at which the effect ends, in these units; 1 without a far field.
     reach: f32,
     /// The box's center in world space.
     center: vec3f,
     /// 1 if the grid stores the root of a, 0 if it stores a.
     stores_root: f32,
-    /// The number of cells along each axis.
-    cells: vec3f,
-    /// The distance along its normal, in cells, at which a receiver on the occluder itself looks up
-    /// the grid.
-    self_offset: f32,
+    /// The cells along each axis over the distance along its normal, in cells, at which a receiver
+    /// on the occluder itself looks up the grid.
+    per_step: vec3f,
+    /// 4 / reach; 0 without a far field.
+    fade_scale: f32,
 }
 
 /// The place at which a receiver looks up a grid, see `aogrid_lookup`.
@@ -47,12 +46,10 @@ struct AogridLookup {
     position: vec3f,
     /// Whether the occluder has an effect on the receiver.
     is_reached: bool,
-    /// The direction from the box's center to the receiver in world space, times the distance beyond
-    /// the hull in its half-extents; zero in the hull.
+    /// The vector from the box's center to the receiver in world space.
     outward: vec3f,
-    /// The share that is left of the hull's squared sine of alpha: 1 in the hull, 0 where the effect
-    /// ends.
-    remainder: f32,
+    /// The distance from the center in half-extents of the hull, at least 1.
+    distance: f32,
 }
 
 /// Whether the occluder shades a receiver with this id and these layers.
@@ -82,52 +79,50 @@ fn aogrid_grid_position(occluder: AogridOccluder, position: vec3f) -> vec3f {
 /// The place at which a receiver at a world-space position looks up the grid; not reached for NaN.
 /// In the far field it is on the hull of the outer cells' centers, on the ray from the box's center.
 fn aogrid_lookup(occluder: AogridOccluder, position: vec3f) -> AogridLookup {
-    let p_grid = aogrid_grid_position(occluder, position);
-    let off_center = p_grid - 0.5;
-    let scaled = abs(off_center) * occluder.per_extent;
-    // 1 where the effect ends.
-    let distance = max(max(scaled.x, scaled.y), scaled.z);
-    // The same in half-extents of the hull.
-    let s = distance * occluder.reach;
-    var lookup = AogridLookup(p_grid, distance <= 1.0, vec3f(), 1.0);
-    if lookup.is_reached && s > 1.0 {
-        let fade = saturate(fma(4.0, distance, -3.0));
-        lookup.position = off_center / s + 0.5;
-        lookup.outward = (s - 1.0) * normalize(position - occluder.center);
-        lookup.remainder = fma(fade * fade, fma(2.0, fade, -3.0), 1.0) / (s * s);
-    }
-    return lookup;
+    let off_center = aogrid_grid_position(occluder, position) - 0.5;
+    let scaled = abs(off_center) * occluder.per_hull;
+    let s = max(max(scaled.x, scaled.y), scaled.z);
+    let distance = max(s, 1.0);
+    let at = fma(off_center, vec3f(1.0 / distance), vec3f(0.5));
+    return AogridLookup(at, s <= occluder.reach, position - occluder.center, distance);
 }
 
 /// `aogrid_lookup` for a receiver that belongs to the occluder itself. Cells inside the object are
 /// filled from outside; a fraction of a cell along the unit normal they weigh little.
 fn aogrid_lookup_on_itself(occluder: AogridOccluder, position: vec3f, normal: vec3f)
     -> AogridLookup {
-    let cells = occluder.cells * vec3f(
+    let steps = occluder.per_step * vec3f(
         dot(occluder.grid_x.xyz, normal),
         dot(occluder.grid_y.xyz, normal),
         dot(occluder.grid_z.xyz, normal),
     );
-    let distance = occluder.self_offset * inverseSqrt(max(dot(cells, cells), AOGRID_SQUARE_EPSILON));
+    let distance = inverseSqrt(max(dot(steps, steps), AOGRID_SQUARE_EPSILON));
     return aogrid_lookup(occluder, fma(normal, vec3f(distance), position));
+}
+
+/// The share that is left in the far field of the hull's squared sine of alpha: it falls with the
+/// distance squared, and fades to nothing over the last quarter.
+fn aogrid_remainder(occluder: AogridOccluder, distance: f32) -> f32 {
+    let fade = saturate(fma(distance, occluder.fade_scale, -3.0));
+    let per_distance = 1.0 / distance;
+    return fma(fade * fade, fma(2.0, fade, -3.0), 1.0) * (per_distance * per_distance);
 }
 
 /// The fraction that a sphere occludes farther away, where a share `remainder` is left of its
 /// squared sine of alpha. The part of a fraction beyond one half fades as fast.
 fn aogrid_distant_fraction(a: f32, remainder: f32) -> f32 {
-    let cos_alpha = fma(-2.0, a, 1.0);
-    let in_front = max(cos_alpha, 0.0);
-    let square = fma(fma(in_front, in_front, -1.0), remainder, 1.0);
-    let behind = min(cos_alpha, 0.0) * remainder;
-    return fma(-0.5, sqrt(max(square, 0.0)) + behind, 0.5);
+    // The cosine of alpha, its positive and its negative part.
+    let in_front = saturate(fma(-2.0, a, 1.0));
+    let behind = saturate(fma(2.0, a, -1.0));
+    let square = saturate(fma(fma(in_front, in_front, -1.0), remainder, 1.0));
+    return fma(-0.5, fma(-behind, remainder, sqrt(square)), 0.5);
 }
 
-/// The axis towards what an axis at the hull points to, from farther away (see
-/// `AogridLookup.outward`). It keeps its length.
-fn aogrid_distant_axis(axis: vec3f, outward: vec3f) -> vec3f {
-    let per_length = aogrid_inverse_length(axis);
-    let towards = axis * per_length - outward;
-    return towards * (aogrid_inverse_length(towards) * dot(axis, axis) * per_length);
+/// The unit axis towards what a unit axis at the hull points to, from where the look-up is.
+fn aogrid_distant_axis(axis: vec3f, lookup: AogridLookup) -> vec3f {
+    let scale = (1.0 - lookup.distance) * inverseSqrt(dot(lookup.outward, lookup.outward));
+    let towards = fma(lookup.outward, vec3f(scale), axis);
+    return towards * aogrid_inverse_length(towards);
 }
 
 /// 1 / |axis|, bounded for axes below the length that counts as no axis.

@@ -101,21 +101,20 @@ pub struct AogridOccluder {
     pub strength: f32,
     /// The length that axes have at least: 0 for soft cones, 1 for hard ones.
     pub min_axis_length: f32,
-    /// The factors of a position relative to the box's center, in \[−½,½\]³, that reach 1 where the
-    /// occluder's effect ends.
-    pub per_extent: [f32; 3],
-    /// The distance from the center at which the effect ends, in half-extents of the hull of the
-    /// outer cells' centers; 1 without a far field, where it ends at the box.
+    /// The factors of a position relative to the box's center, in \[−½,½\]³, that reach 1 at the hull
+    /// of the outer cells' centers; without a far field, at the box.
+    pub per_hull: [f32; 3],
+    /// The distance from the center at which the effect ends, in these units; 1 without a far field.
     pub reach: f32,
     /// The box's center in world space.
     pub center: [f32; 3],
     /// 1 if the grid stores √a, 0 if it stores a.
     pub stores_root: f32,
-    /// The number of cells along each axis.
-    pub cells: [f32; 3],
-    /// The distance along its normal, in cells, at which a receiver on the occluder itself looks up
-    /// the grid.
-    pub self_offset: f32,
+    /// The cells along each axis over the distance along its normal, in cells, at which a receiver on
+    /// the occluder itself looks up the grid.
+    pub per_step: [f32; 3],
+    /// 4 / reach; 0 without a far field.
+    pub fade_scale: f32,
 }
 
 impl AogridOccluder {
@@ -131,7 +130,10 @@ impl AogridOccluder {
     }
 
     pub(crate) fn of(facts: &GridFacts, instance: &Instance) -> Result<Self, InstanceError> {
+        /// The shortest self offset in cells, in place of none: below the rounding of positions.
+        const MIN_SELF_OFFSET: f32 = 1e-12;
         let GridFacts { spec, format, .. } = facts;
+        let reach = reach(facts, instance);
         let is_moment = facts.encoding == Encoding::Moment;
         let flag = |yes: bool| f32::from(u8::from(yes));
         let world_from_object = validated_transform(instance)?;
@@ -156,12 +158,16 @@ impl AogridOccluder {
             layers: instance.layers,
             strength: instance.strength,
             min_axis_length: flag(!(is_moment || instance.soft_cones)),
-            per_extent: (2.0 / growth(facts, instance)).as_vec3().to_array(),
-            reach: reach(facts, instance).unwrap_or(1.0) as f32,
+            per_hull: (2.0 * reach.unwrap_or(1.0) / growth(facts, instance))
+                .as_vec3()
+                .to_array(),
+            reach: reach.unwrap_or(1.0) as f32,
             center: center.to_array(),
             stores_root: flag(is_moment),
-            cells: spec.resolution().map(|n| n as f32),
-            self_offset: facts.self_offset,
+            per_step: spec
+                .resolution()
+                .map(|n| n as f32 / facts.self_offset.max(MIN_SELF_OFFSET)),
+            fade_scale: reach.map_or(0.0, |reach| 4.0 / reach) as f32,
         })
     }
 }
@@ -352,11 +358,11 @@ mod tests {
                 ..Instance::at(IDENTITY)
             };
             let occluder = AogridOccluder::of(&facts(encoding, border), &instance).unwrap();
-            (occluder.reach, occluder.per_extent)
+            (occluder.reach, occluder.per_hull)
         };
         // sin²α of a tenth of the sphere is 0.36; a sphere's falls with the distance squared.
         let (far, [x, ..]) = reach(Encoding::Moment, 0.1, Some(0.04));
-        assert!((far - 3.0).abs() < 1e-6 && (x - 2.0 / 3.0 * 8.0 / 7.0).abs() < 1e-6);
+        assert!((far - 3.0).abs() < 1e-6 && (x - 2.0 * 8.0 / 7.0).abs() < 1e-6);
         let default = reach(Encoding::Moment, 0.1, None).0;
         assert!((default - (0.36 / Instance::FAR_FIELD).sqrt()).abs() < 1e-6);
         // A border that occludes less than the threshold still fades out, over a third.

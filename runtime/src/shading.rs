@@ -7,8 +7,8 @@
 use crate::lookup::dot;
 pub use crate::lookup::{
     AogridLookup, aogrid_distant_axis, aogrid_distant_fraction, aogrid_grid_position,
-    aogrid_inverse_length, aogrid_is_on_itself, aogrid_lookup, aogrid_lookup_on_itself, aogrid_row,
-    aogrid_shades,
+    aogrid_inverse_length, aogrid_is_on_itself, aogrid_lookup, aogrid_lookup_on_itself,
+    aogrid_remainder, aogrid_row, aogrid_shades,
 };
 use crate::wgsl::{
     AOGRID_CLIP_COS_OFFSET, AOGRID_CLIP_COS_SCALE, AOGRID_CLIP_FRACTION_OFFSET,
@@ -110,7 +110,7 @@ pub fn aogrid_cone_faded(
         position: aogrid_grid_position(occluder, position),
         is_reached: true,
         outward: [0.0; 3],
-        remainder: 1.0,
+        distance: 1.0,
     };
     aogrid_cone_at(occluder, grid, table, lookup, normal)
 }
@@ -171,16 +171,17 @@ pub fn aogrid_cone_of(
     [r, g, b, alpha]: [f32; 4],
     lookup: AogridLookup,
 ) -> AogridCone {
-    let mut axis = aogrid_axis(occluder, [r, g, b]);
-    if lookup.remainder < 1.0 {
-        axis = aogrid_distant_axis(axis, lookup.outward);
+    let stored = aogrid_axis(occluder, [r, g, b]);
+    let per_length = aogrid_inverse_length(stored);
+    let length = (dot(stored, stored) * per_length).clamp(occluder.min_axis_length, 1.0);
+    let mut axis = stored.map(|x| x * per_length);
+    if lookup.distance > 1.0 {
+        axis = aogrid_distant_axis(axis, lookup);
     }
     let a = aogrid_fraction(occluder, alpha, lookup);
-    let per_length = aogrid_inverse_length(axis);
-    let length = (dot(axis, axis) * per_length).clamp(occluder.min_axis_length, 1.0);
     let widened = ((a - 1.0) * length + 1.0).max(a);
     AogridCone {
-        axis: axis.map(|d| d * per_length),
+        axis,
         fraction: widened,
         density: a / widened.max(AOGRID_FRACTION_EPSILON),
     }
@@ -189,8 +190,8 @@ pub fn aogrid_cone_of(
 /// The occluded fraction of the sphere from a texel's alpha at a look-up.
 pub fn aogrid_fraction(occluder: &AogridOccluder, alpha: f32, lookup: AogridLookup) -> f32 {
     let a = alpha * (occluder.stores_root * (alpha - 1.0) + 1.0);
-    match lookup.remainder < 1.0 {
-        true => aogrid_distant_fraction(a, lookup.remainder),
+    match lookup.distance > 1.0 {
+        true => aogrid_distant_fraction(a, aogrid_remainder(occluder, lookup.distance)),
         false => a,
     }
 }

@@ -120,22 +120,23 @@ fn aogrid_cone_at(occluder: AogridOccluder, grid: texture_3d<f32>, table: textur
 /// disagree: the cone then widens and thins so that it keeps both moments of the occluded
 /// directions, their fraction and their mean.
 fn aogrid_cone_of(occluder: AogridOccluder, texel: vec4f, lookup: AogridLookup) -> AogridCone {
-    var axis = aogrid_axis(occluder, texel.rgb);
-    if lookup.remainder < 1.0 {
-        axis = aogrid_distant_axis(axis, lookup.outward);
+    let stored = aogrid_axis(occluder, texel.rgb);
+    let per_length = aogrid_inverse_length(stored);
+    let length = clamp(dot(stored, stored) * per_length, occluder.min_axis_length, 1.0);
+    var axis = stored * per_length;
+    if lookup.distance > 1.0 {
+        axis = aogrid_distant_axis(axis, lookup);
     }
     let a = aogrid_fraction(occluder, texel.a, lookup);
-    let per_length = aogrid_inverse_length(axis);
-    let length = clamp(dot(axis, axis) * per_length, occluder.min_axis_length, 1.0);
     let widened = max(fma(a - 1.0, length, 1.0), a);
-    return AogridCone(axis * per_length, widened, a / max(widened, AOGRID_FRACTION_EPSILON));
+    return AogridCone(axis, widened, a / max(widened, AOGRID_FRACTION_EPSILON));
 }
 
 /// The occluded fraction of the sphere from a texel's alpha at a look-up.
 fn aogrid_fraction(occluder: AogridOccluder, alpha: f32, lookup: AogridLookup) -> f32 {
     let a = alpha * fma(occluder.stores_root, alpha - 1.0, 1.0);
-    if lookup.remainder < 1.0 {
-        return aogrid_distant_fraction(a, lookup.remainder);
+    if lookup.distance > 1.0 {
+        return aogrid_distant_fraction(a, aogrid_remainder(occluder, lookup.distance));
     }
     return a;
 }
@@ -270,7 +271,7 @@ fn aogrid_atlas_lookup(occluder: AogridAtlasOccluder, lookup: AogridLookup) -> A
     let half_cell = occluder.half_cell.xyz;
     let own = clamp(lookup.position, half_cell, 1.0 - half_cell);
     let position = fma(own, occluder.atlas_scale.xyz, occluder.atlas_offset.xyz);
-    return AogridLookup(position, lookup.is_reached, lookup.outward, lookup.remainder);
+    return AogridLookup(position, lookup.is_reached, lookup.outward, lookup.distance);
 }
 
 /// The index of the first word of a list of the tile that contains a pixel. `list`:

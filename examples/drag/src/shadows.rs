@@ -112,9 +112,7 @@ impl Shadows {
             };
             MergePass::new(device, queue, descriptor)
         };
-        let textures = grids
-            .iter()
-            .map(|grid| GridTexture::new(device, queue, grid, "grid"));
+        let texture = |grid| GridTexture::new(device, queue, grid, "grid");
         Ok(Self {
             occlusion: by_raster(Mode::Occlusion, Output::Transmittance, DARKENED)?,
             multiply: by_raster(Mode::Cone, Output::TransmittanceAndAxis, BLENDED)?,
@@ -123,7 +121,7 @@ impl Shadows {
             tiled_multiply: in_tiles(Combine::Multiply)?,
             tiled_merge: in_tiles(Combine::Merge)?,
             tiled_mean: in_tiles(Combine::Mean)?,
-            grids: textures.collect::<Result<_, _>>()?,
+            grids: grids.iter().map(texture).collect::<Result<_, _>>()?,
             atlas: GridAtlas::new(device, queue, &grids.iter().collect::<Vec<_>>(), "grids")?,
         })
     }

@@ -65,7 +65,15 @@ fn grid(
             cone(std::array::from_fn(|x| spec.center()[x] + p[x] as f32))
         })
         .collect();
-    Grid::encode(spec, encoding, format, &cells, record()).expect("a grid")
+    let record = BakeRecord {
+        self_offset: if encoding == Encoding::Moment {
+            0.25
+        } else {
+            0.0
+        },
+        ..record()
+    };
+    Grid::encode(spec, encoding, format, &cells, record).expect("a grid")
 }
 
 pub fn length(v: [f32; 3]) -> f32 {

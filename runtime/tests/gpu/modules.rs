@@ -158,12 +158,12 @@ fn the_occluder_has_the_same_layout_in_rust_and_wgsl() {
             "min_axis_length",
             offset_of!(AogridOccluder, min_axis_length),
         ),
-        ("per_extent", offset_of!(AogridOccluder, per_extent)),
+        ("per_hull", offset_of!(AogridOccluder, per_hull)),
         ("reach", offset_of!(AogridOccluder, reach)),
         ("center", offset_of!(AogridOccluder, center)),
         ("stores_root", offset_of!(AogridOccluder, stores_root)),
-        ("cells", offset_of!(AogridOccluder, cells)),
-        ("self_offset", offset_of!(AogridOccluder, self_offset)),
+        ("per_step", offset_of!(AogridOccluder, per_step)),
+        ("fade_scale", offset_of!(AogridOccluder, fade_scale)),
     ];
     assert_layout::<AogridOccluder>(&module, "AogridOccluder", &expected);
 }

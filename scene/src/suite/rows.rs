@@ -48,7 +48,7 @@ pub const ROWS: [Row; 24] = [
     row(Preset::Default, "default merged", "merge", |_, _| {}),
     row(Preset::Default, "default mean", "mean", |_, _| {}),
     row(Preset::Default, "default shifted", "cone", |p, _| {
-        p.snap = false
+        p.snap = false;
     })
     .shifted(),
     row(Preset::Default, "default f16", "cone", |_, o| {
@@ -57,15 +57,15 @@ pub const ROWS: [Row; 24] = [
     row(Preset::Economy, "economy", "cone", |_, _| {}),
     row(Preset::Fine, "fine", "cone", |_, _| {}),
     row(Preset::Paper, "paper rr", "cone", |_, o| {
-        o.boundary = BoundaryMode::Rr
+        o.boundary = BoundaryMode::Rr;
     }),
     row(Preset::Paper, "paper merged", "merge", |_, _| {}),
     row(Preset::Paper, "paper shifted", "cone", |_, _| {}).shifted(),
     row(Preset::Paper, "paper 16³", "cone", |p, _| {
-        p.resolution = [16; 3]
+        p.resolution = [16; 3];
     }),
     row(Preset::Paper, "ε 0.3 jgt", "cone", |p, _| {
-        p.extent = Extent::Epsilon(0.3)
+        p.extent = Extent::Epsilon(0.3);
     }),
     row(Preset::Paper, "paper none 64³", "cone", |p, o| {
         p.resolution = [64; 3];

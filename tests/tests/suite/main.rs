@@ -18,6 +18,8 @@ mod environment_grids;
 mod environment_light;
 /// Environment maps: orientation, range, files.
 mod environments;
+/// The far field of baked objects.
+mod far_field;
 /// Commands and tests resolve the same features.
 mod features;
 /// The GPU baker against rays and exact answers.

@@ -51,7 +51,7 @@ fn the_far_field_matches_the_cpu_twin() {
         );
         let states = inputs.iter().map(|[p, _]| {
             let lookup = aogrid_lookup(occluder, [p[0], p[1], p[2]]);
-            (lookup.is_reached, lookup.remainder < 1.0)
+            (lookup.is_reached, lookup.distance > 1.0)
         });
         let distant = states.clone().filter(|s| *s == (true, true)).count();
         let beyond = states.filter(|s| !s.0).count();
@@ -121,7 +121,7 @@ fn axes_far_away_point_to_the_object_and_not_to_where_it_was_seen_from_the_hull(
         let distance = 1.6 + 3.0 * (idx as f32 * 0.618).fract();
         let p: [f32; 3] = std::array::from_fn(|x| distance * direction[x] + spec.center()[x]);
         let lookup = aogrid_lookup(&occluder, p);
-        if !lookup.is_reached || lookup.remainder == 1.0 {
+        if !lookup.is_reached || lookup.distance == 1.0 {
             continue;
         }
         let angle = |lookup: AogridLookup| {
@@ -130,8 +130,9 @@ fn axes_far_away_point_to_the_object_and_not_to_where_it_was_seen_from_the_hull(
             along.clamp(-1.0, 1.0).acos()
         };
         worst = worst.max(angle(lookup));
+        // The same without parallax: at the hull.
         without = without.max(angle(AogridLookup {
-            outward: [0.0; 3],
+            distance: 1.0,
             ..lookup
         }));
     }
@@ -155,7 +156,7 @@ fn an_object_looks_itself_up_a_quarter_of_a_cell_along_its_normal() {
     for [p, n] in inputs.iter().take(3000) {
         let [p, n] = [p, n].map(|&[x, y, z, _]| [x, y, z]);
         let moved = aogrid_lookup_on_itself(occluder, p, n);
-        if moved.remainder < 1.0 || !moved.is_reached {
+        if moved.distance > 1.0 {
             continue;
         }
         let at = moved.position;
@@ -167,12 +168,12 @@ fn an_object_looks_itself_up_a_quarter_of_a_cell_along_its_normal() {
     }
     let worst = harness.max_difference(
         "let lookup = aogrid_lookup_on_itself(occluder, p, n);
-         return vec4f(lookup.position, lookup.remainder);",
+         return vec4f(lookup.position, lookup.distance);",
         &inputs,
         |p, n| {
             let lookup = aogrid_lookup_on_itself(occluder, p, n);
             let [x, y, z] = lookup.position;
-            [x, y, z, lookup.remainder]
+            [x, y, z, lookup.distance]
         },
     );
     // The distance from the center is rounded; beside the hull's edges the position turns by it.

@@ -7,7 +7,7 @@ const AT_CENTER: AogridLookup = AogridLookup {
     position: [0.5; 3],
     is_reached: true,
     outward: [0.0; 3],
-    remainder: 1.0,
+    distance: 1.0,
 };
 
 /// Returns an occluder of the moment encoding in place, with strength 1.

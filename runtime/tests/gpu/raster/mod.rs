@@ -49,6 +49,27 @@ fn grids_without_a_fade_end_where_the_cpu_twin_ends_them() {
 }
 
 #[test]
+fn far_fields_end_where_they_have_faded_out() {
+    let Some(gpu) = gpu() else { return };
+    for mode in [Mode::Cone, Mode::Occlusion] {
+        for camera in [perspective(), orthographic()] {
+            let mut scene = Scene::new(camera, ball(Encoding::Moment, TexelFormat::F16));
+            for instance in &mut scene.instances {
+                instance.far_field = Some(0.05);
+            }
+            let descriptor = OcclusionPassDescriptor {
+                mode,
+                ..descriptor()
+            };
+            let found = scene.transmittances(&gpu, descriptor);
+            // Every pixel, also those next to an end: there is no step.
+            let expected = scene.twin_image(mode);
+            assert!(max_difference(&found, &expected) <= 3.0 * ERROR_PER_OCCLUDER);
+        }
+    }
+}
+
+#[test]
 fn positions_from_depth_shade_like_world_positions() {
     let Some(gpu) = gpu() else { return };
     for camera in [perspective(), reversed(), orthographic()] {
