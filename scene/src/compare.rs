@@ -164,3 +164,57 @@ impl Occluder<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::{LoadOptions, parse};
+
+    #[test]
+    fn receivers_lie_in_the_areas_that_planes_and_distances_tell() {
+        let text = "[[mesh]]\nname = 'box'\nsample = 'box'\n\
+                    [[mesh]]\nname = 'floor'\nrectangle = [9, 9]\n\
+                    [[instance]]\nmesh = 'box'\n[[instance]]\nmesh = 'floor'\n";
+        let scene = parse(Path::new("a.toml"), text, LoadOptions::default()).unwrap();
+        // The box is a unit cube on the floor, its grid's box 2.784 times as large, a diagonal of
+        // the grid's cells 0.151.
+        let points = [
+            ([0.6, 0.0, 0.0], [0.0, 1.0, 0.0], 2, Some(Area::Near)),
+            ([0.5, 0.0, 0.7], [0.0, 1.0, 0.0], 2, Some(Area::Rest)),
+            ([1.0, 0.0, 1.5], [0.0, 1.0, 0.0], 2, Some(Area::Beyond)),
+            ([1.0, 0.0, 4.5], [0.0, 1.0, 0.0], 2, None),
+            ([0.6, 0.5, 0.0], [-1.0, 0.0, 0.0], 0, Some(Area::AnyWay)),
+            ([0.5, 0.5, 0.0], [1.0, 0.0, 0.0], 1, Some(Area::Itself)),
+        ];
+        let target = Target {
+            receivers: points
+                .iter()
+                .map(|&(position, normal, ..)| Receiver { position, normal })
+                .collect(),
+            ids: points.iter().map(|point| point.2).collect(),
+            picture: None,
+        };
+        let expected: Vec<_> = points.iter().map(|point| point.3).collect();
+        assert_eq!(areas(&scene, &target).unwrap(), expected);
+    }
+
+    #[test]
+    fn a_leaning_box_touches_the_floor_on_a_tilted_plane() {
+        let text = "[[mesh]]\nname = 'box'\nsample = 'box'\n\
+                    [[instance]]\nmesh = 'box'\n\
+                    rotate = { axis = [0, 0, 1], degrees = 30 }\ntranslate = [0, 0.25, 0]\n";
+        let scene = parse(Path::new("a.toml"), text, LoadOptions::default()).unwrap();
+        // The edge at x = -0.5, y = 0 is turned to y = -0.25 and lifted to the floor.
+        let target = Target {
+            receivers: vec![Receiver {
+                position: [-0.5, 0.0, 0.1],
+                normal: [0.0, 1.0, 0.0],
+            }],
+            ids: vec![0],
+            picture: None,
+        };
+        assert_eq!(areas(&scene, &target).unwrap(), [Some(Area::Tilted)]);
+    }
+}

@@ -42,17 +42,17 @@ struct Rectangle {
 /// A candidate: none if it is not in the area, an error if it is inside the occluder.
 type Candidate = Option<Result<Receiver, Inside>>;
 
-/// The reason that a candidate is left out.
+/// The reason that a candidate is left out: it is inside the occluder, or sees nothing.
 struct Inside;
 
 impl Surroundings<'_> {
     /// Returns `n` receivers in world space, fewer in an area that is hard to meet, and the number
-    /// of those left out for being inside the occluder.
+    /// of those left out for being inside the occluder or seeing nothing.
     pub(super) fn receivers(&self, area: Area, n: usize, seed: u64) -> (Vec<Receiver>, usize) {
         let quasi = Quasi::<5>::new(seed.wrapping_mul(31).wrapping_add(area as u64));
         let rectangles = self.rectangles(area);
         let candidate = |idx: usize| match area {
-            Area::Itself => Some(Ok(self.on_itself(quasi.point(idx)))),
+            Area::Itself => Some(self.on_itself(quasi.point(idx))),
             Area::AnyWay => self.any_way(quasi.point(idx)),
             _ => self.on_plane(area, &rectangles[idx % 2], quasi.point(idx)),
         };
@@ -118,7 +118,9 @@ impl Surroundings<'_> {
             position: position.to_array(),
             normal: plane.normal.to_array(),
         };
-        is_there.any(|found| found).then_some(Ok(receiver))
+        is_there
+            .any(|found| found)
+            .then(|| self.unless_enclosed(receiver))
     }
 
     /// Returns a free point near the occluder whose normal is within 90° of the direction to the
@@ -145,11 +147,23 @@ impl Surroundings<'_> {
         Some(Ok(self.world_from_object(local, normal)))
     }
 
-    fn on_itself(&self, [along, s, t, ..]: [f64; 5]) -> Receiver {
+    fn on_itself(&self, [along, s, t, ..]: [f64; 5]) -> Result<Receiver, Inside> {
         let Receiver { position, normal } = self.surface.point([along, s, t]);
         let normal = DVec3::from(normal);
         let lift = LIFT / GAP * self.gap();
-        self.world_from_object(DVec3::from(position) + lift * normal, normal)
+        let lifted = DVec3::from(position) + lift * normal;
+        self.unless_enclosed(self.world_from_object(lifted, normal))
+    }
+
+    /// Returns the receiver unless it sees nothing, as far as the first instance tells.
+    fn unless_enclosed(&self, receiver: Receiver) -> Result<Receiver, Inside> {
+        let local = self.pose.instances[0].inverse();
+        let point = local.transform_point3(receiver.position.into());
+        let normal = local.transform_vector3(receiver.normal.into()).normalize();
+        match self.surface.is_enclosed(point, normal) {
+            true => Err(Inside),
+            false => Ok(receiver),
+        }
     }
 
     /// Returns the gap in object units.

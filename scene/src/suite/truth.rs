@@ -17,7 +17,7 @@ use crate::shade::Stages;
 
 /// Counts up with every change of the poses, areas or receivers, so that no file of an earlier
 /// suite is taken for one of this.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// The AO from which a receiver counts as enclosed: nobody sees it.
 const ENCLOSED: f64 = 0.999;
@@ -31,8 +31,7 @@ const COLUMNS: [&str; 10] = [
 #[derive(Clone, Debug, PartialEq)]
 pub struct Truth {
     key: String,
-    /// The number of candidates for each area that were inside the occluder, and of receivers that
-    /// turned out to be enclosed.
+    /// The number of candidates for each area that were left out: inside the occluder, or enclosed.
     pub left_out: [usize; Area::ALL.len()],
     pub(super) receivers: Vec<TrueReceiver>,
 }

@@ -8,7 +8,6 @@ mod suite;
 use std::path::PathBuf;
 
 use anyhow::bail;
-use aogrid_scene::reference::ReferenceOptions;
 use aogrid_scene::shade::Mode;
 
 use crate::commands::bake::use_threads;
@@ -78,17 +77,6 @@ Examples:
   aogrid compare scenes/table.toml --mode cone,merge -o table.png -o table.csv
   aogrid compare --suite -o accuracy --resume
   aogrid compare --suite --only box,table --rows paper";
-
-impl Args {
-    /// Overrides the scene's options with those of the command line.
-    fn apply_to(&self, options: &mut ReferenceOptions) {
-        if self.samples.is_some() || self.error.is_some() {
-            options.error = self.error;
-        }
-        options.samples = self.samples.unwrap_or(options.samples);
-        options.seed = self.seed.unwrap_or(options.seed);
-    }
-}
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     use_threads(args.threads)?;

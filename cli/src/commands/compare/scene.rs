@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::Args;
 use super::panels;
+use crate::commands::render::{load_environment, override_truth};
 use crate::console::Console;
 use crate::output;
 
@@ -51,15 +52,11 @@ pub(super) fn run(args: &Args, path: &Path, console: &Console) -> anyhow::Result
         output::check_not_input(out, path)?;
     }
     let mut scene = load(path, LoadOptions::default())?;
-    args.apply_to(&mut scene.truth);
+    override_truth(&mut scene.truth, args.samples, args.error, args.seed);
     let wants_panels = outputs.iter().any(|(_, kind)| *kind == Kind::Panels);
     let target = target(&scene, wants_panels, console)?;
     let environment = match &scene.environment {
-        Some(source) => {
-            let (environment, warnings) = source.load()?;
-            warnings.iter().for_each(|line| console.warning(line));
-            Some(environment)
-        }
+        Some(source) => Some(load_environment(source, console)?),
         None => None,
     };
     let stages = |name: &str| console.stage(name);

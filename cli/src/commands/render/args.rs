@@ -132,13 +132,24 @@ impl Args {
 
     /// Overrides the scene's options with those of the command line.
     pub(crate) fn apply_to(&self, options: &mut ReferenceOptions) {
-        if self.samples.is_some() || self.error.is_some() {
-            options.error = self.error;
-        }
-        options.samples = self.samples.unwrap_or(options.samples);
-        options.seed = self.seed.unwrap_or(options.seed);
+        override_truth(options, self.samples, self.error, self.seed);
         options.max_distance = self.max_distance.or(options.max_distance);
     }
+}
+
+/// Overrides a scene's rays with those of a command line. Someone who names a number of rays and no
+/// error wants them all.
+pub(crate) fn override_truth(
+    options: &mut ReferenceOptions,
+    samples: Option<u32>,
+    error: Option<f64>,
+    seed: Option<u64>,
+) {
+    if samples.is_some() || error.is_some() {
+        options.error = error;
+    }
+    options.samples = samples.unwrap_or(options.samples);
+    options.seed = seed.unwrap_or(options.seed);
 }
 
 /// Returns the parser of modes' names.

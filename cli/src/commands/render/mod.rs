@@ -10,7 +10,7 @@ use aogrid_scene::shade::{Gpu, Mode, ShadeInput, Shaded, Target};
 use aogrid_scene::{EnvironmentSource, GBuffer, LoadOptions, Scene};
 
 use args::OutputKind;
-pub(crate) use args::{Args, mode_parser, positive};
+pub(crate) use args::{Args, mode_parser, override_truth, positive};
 
 use crate::commands::bake::use_threads;
 use crate::console::Console;
@@ -71,7 +71,11 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn load_environment(source: &EnvironmentSource, console: &Console) -> anyhow::Result<Environment> {
+/// Reads the map of an environment, and tells its warnings.
+pub(crate) fn load_environment(
+    source: &EnvironmentSource,
+    console: &Console,
+) -> anyhow::Result<Environment> {
     let (environment, warnings) = source.load()?;
     warnings.iter().for_each(|line| console.warning(line));
     Ok(environment)
