@@ -53,6 +53,7 @@
 //! | `version` | profile version `"major.minor"`; a reader refuses a newer major |
 //! | `encoding` | `"occlusion"` or `"cone"` |
 //! | `center`, `half_extents` | the box, three numbers each, object units |
+//! | `origin` | three numbers: the point in object space that `center` is relative to; absent if it is zero |
 //! | `bake` | the [`BakeRecord`] |
 //! | `mean`, `largest` | mean and maximum of the stored a over all cells |
 //!

@@ -26,9 +26,16 @@ pub(crate) struct FileMetadata {
     pub encoding: String,
     pub center: [f32; 3],
     pub half_extents: [f32; 3],
+    /// The point that the center is relative to; absent if it is zero.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub origin: [f64; 3],
     pub bake: BakeRecord,
     pub mean: f64,
     pub largest: f32,
+}
+
+fn is_zero(origin: &[f64; 3]) -> bool {
+    *origin == [0.0; 3]
 }
 
 /// The numbers of channels that a texel can have.

@@ -36,7 +36,8 @@ impl Grid {
         }
         // The resolution is bounded before anything is sized by it.
         let resolution = [header.pixel_width, header.pixel_height, header.pixel_depth];
-        let spec = GridSpec::new(resolution, metadata.center, metadata.half_extents)?;
+        let spec = GridSpec::new(resolution, metadata.center, metadata.half_extents)?
+            .with_origin(metadata.origin)?;
         let texel_bytes = encoding.channels() * format.channel_bytes();
         let texels = level(bytes, kvd_end, texel_bytes, &spec)?;
         let grid = Self {

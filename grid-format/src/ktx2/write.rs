@@ -61,6 +61,7 @@ impl Grid {
             encoding: self.encoding.name().to_owned(),
             center: self.spec.center(),
             half_extents: self.spec.half_extents(),
+            origin: self.spec.origin(),
             bake: self.record.clone(),
             mean: self.statistics.mean,
             largest: self.statistics.largest,

@@ -2,13 +2,14 @@
 
 mod args;
 mod jobs;
+mod parts;
 mod report;
 
 use std::path::Path;
 use std::time::Instant;
 
 use anyhow::Context;
-use aogrid_bake_core::mesh::{LoadedMesh, MeshFile, MeshReport};
+use aogrid_bake_core::mesh::{LoadedMesh, MeshFile, MeshReport, PartMesh};
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, post, warnings};
 use aogrid_grid_format::{GridSpec, Source};
 
@@ -27,49 +28,21 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let placement = args.placement();
     use_threads(args.shared.threads)?;
     interrupt::listen();
-    let jobs = Jobs::new(args)?;
-    let mut backend = Backend::new(request, args.shared.algorithm());
-    let mut outputs = Outputs::default();
+    let mut batch = Batch {
+        args,
+        console,
+        jobs: Jobs::new(args)?,
+        backend: Backend::new(request, args.shared.algorithm()),
+        placement: &placement,
+        options: &options,
+        outputs: Outputs::default(),
+    };
     for model in &args.models {
-        let shown = model.display();
-        let loading = Instant::now();
-        let file = MeshFile::read(model).with_context(|| shown.to_string())?;
-        // A whole model that is up to date need not even be parsed.
-        let single = jobs.whole_job(model);
-        if let (Some(job), false) = (&single, args.force)
-            && let Some(grid) = jobs::up_to_date(job, &placement, &options, &file)
-        {
-            outputs.push(Outcome::up_to_date(job, &grid), console, args.json);
-            continue;
-        }
-        let loaded = file.parse().with_context(|| shown.to_string())?;
-        let load_s = loading.elapsed().as_secs_f64();
-        let of_model = match single {
-            Some(job) => vec![job],
-            None => jobs.part_jobs(model, &loaded.mesh)?,
-        };
-        for job in of_model {
-            let current = match args.force || job.part.is_none() {
-                true => None,
-                false => jobs::up_to_date(&job, &placement, &options, &file),
-            };
-            let outcome = match current {
-                Some(grid) => Outcome::up_to_date(&job, &grid),
-                None => {
-                    let mut baker = ModelBaker {
-                        backend: &mut backend,
-                        loaded: &loaded,
-                        load_s,
-                        placement: &placement,
-                        options: &options,
-                    };
-                    baker.run(&job, args.dry_run, console)?
-                }
-            };
-            outputs.push(outcome, console, args.json);
+        if let Err(error) = batch.model(model) {
+            batch.fail(&model.display().to_string(), error)?;
         }
     }
-    outputs.finish(console, args.json)
+    batch.outputs.finish(console, args.json)
 }
 
 /// Starts the global thread pool with this many threads; all processors if `None`.
@@ -78,72 +51,157 @@ pub fn use_threads(threads: Option<u16>) -> anyhow::Result<()> {
     pool.build_global().context("cannot start the threads")
 }
 
-/// Bakes the jobs of one model.
-struct ModelBaker<'a> {
-    backend: &'a mut Backend,
-    loaded: &'a LoadedMesh,
-    load_s: f64,
+/// All that a command line asks for, and what has come of it.
+struct Batch<'a> {
+    args: &'a Args,
+    console: &'a Console,
+    jobs: Jobs<'a>,
+    backend: Backend,
     placement: &'a Placement,
     options: &'a BakeOptions,
+    outputs: Outputs,
 }
 
-impl ModelBaker<'_> {
-    /// Bakes a job and writes its output; with `dry_run` only reports it.
-    fn run(&mut self, job: &Job, dry_run: bool, console: &Console) -> anyhow::Result<Outcome> {
-        let part;
-        let mesh = match job.part {
-            Some(idx) => {
-                part = self
-                    .loaded
-                    .mesh
-                    .part(idx)
-                    .with_context(|| job.title.clone())?;
-                &part
+impl Batch<'_> {
+    /// Bakes a model or its parts.
+    fn model(&mut self, model: &Path) -> anyhow::Result<()> {
+        let shown = model.display();
+        let loading = Instant::now();
+        let file = MeshFile::read(model).with_context(|| shown.to_string())?;
+        // A whole model that is up to date need not even be parsed.
+        let single = self.jobs.whole_job(model);
+        if let Some(job) = &single
+            && self.is_up_to_date(job, &file)
+        {
+            return Ok(());
+        }
+        let loaded = file.parse().with_context(|| shown.to_string())?;
+        let load_s = loading.elapsed().as_secs_f64();
+        for warning in &loaded.warnings {
+            self.console.warning(&format!("{shown}: {warning}"));
+        }
+        match single {
+            Some(job) => self.job(&job, &loaded, &loaded.mesh, load_s),
+            None => self.parts(model, &file, &loaded, load_s),
+        }
+    }
+
+    /// Bakes the parts of a model, each mesh that they share once, and writes the scene of them all.
+    fn parts(
+        &mut self,
+        model: &Path,
+        file: &MeshFile,
+        loaded: &LoadedMesh,
+        load_s: f64,
+    ) -> anyhow::Result<()> {
+        let jobs = self.jobs.part_jobs(model, &loaded.mesh);
+        let mut posed: Vec<(&Job, PartMesh)> = Vec::new();
+        for (idx, job) in jobs.iter().enumerate() {
+            let part = loaded.part(idx).with_context(|| job.title.clone());
+            let done = part.and_then(|part| {
+                if part.same_as == idx && !self.is_up_to_date(job, file) {
+                    self.job(job, loaded, &part.mesh, load_s)?;
+                }
+                Ok(part)
+            });
+            match done {
+                Ok(part) => posed.push((job, part)),
+                Err(error) => self.fail(&job.title, error)?,
             }
-            None => &self.loaded.mesh,
+        }
+        // What shares the mesh of a part that failed has no grid either.
+        let is_baked: Vec<bool> = (0..jobs.len())
+            .map(|idx| posed.iter().any(|(job, _)| job.part == Some(idx)))
+            .collect();
+        posed.retain(|(_, part)| is_baked[part.same_as]);
+        if self.args.dry_run || posed.is_empty() {
+            return Ok(());
+        }
+        let out = self.jobs.scene_file(model);
+        let scene = parts::scene(model, &out, &loaded.mesh, &jobs, &posed)?;
+        output::write(&out, scene.as_bytes())?;
+        self.console.note(&format!("wrote {}", out.display()));
+        Ok(())
+    }
+
+    /// Keeps a failure for the end, so that the rest is baked; returns it if nothing else is to be
+    /// done.
+    fn fail(&mut self, title: &str, error: anyhow::Error) -> anyhow::Result<()> {
+        if self.args.fail_fast || interrupt::requested() {
+            return Err(error);
+        }
+        let is_only = self.args.models.len() == 1 && !self.args.parts;
+        self.outputs.fail(title, error, is_only, self.console);
+        Ok(())
+    }
+
+    /// Whether a job's output is up to date, which is then reported.
+    fn is_up_to_date(&mut self, job: &Job, file: &MeshFile) -> bool {
+        if self.args.force {
+            return false;
+        }
+        let Some(grid) = jobs::up_to_date(job, self.placement, self.options, file) else {
+            return false;
         };
+        let outcome = Outcome::up_to_date(job, &grid);
+        self.outputs.push(outcome, self.console, self.args.json);
+        true
+    }
+
+    /// Bakes a job and writes its output; with `--dry-run` only reports it.
+    fn job(
+        &mut self,
+        job: &Job,
+        loaded: &LoadedMesh,
+        mesh: &TriangleMesh,
+        load_s: f64,
+    ) -> anyhow::Result<()> {
         let spec = self
             .placement
             .place(&mesh.bounds())
             .with_context(|| job.title.clone())?;
         let report = MeshReport::new(mesh);
-        if dry_run {
-            return Ok(Outcome::dry_run(job, &report, &spec));
-        }
-        output::check(&job.out)?;
-        let baked = self.bake(job, mesh, spec, report, console)?;
-        for warning in warnings(&baked.grid, &baked.report) {
-            console.warning(&format!("{}: {warning}", job.title));
-        }
-        output::write(&job.out, &baked.grid.to_bytes())?;
-        Ok(Outcome::baked(job, baked))
+        let outcome = match self.args.dry_run {
+            true => Outcome::dry_run(job, &report, &spec),
+            false => {
+                output::check(&job.out)?;
+                let baked = self.bake(job, loaded, mesh, spec, report, load_s)?;
+                for warning in warnings(&baked.grid, &baked.report) {
+                    self.console.warning(&format!("{}: {warning}", job.title));
+                }
+                output::write(&job.out, &baked.grid.to_bytes())?;
+                Outcome::baked(job, baked)
+            }
+        };
+        self.outputs.push(outcome, self.console, self.args.json);
+        Ok(())
     }
 
     fn bake(
         &mut self,
         job: &Job,
+        loaded: &LoadedMesh,
         mesh: &TriangleMesh,
         spec: GridSpec,
         report: MeshReport,
-        console: &Console,
+        load_s: f64,
     ) -> anyhow::Result<Baked> {
-        let bar = console.progress(&job.title);
+        let bar = self.console.progress(&job.title);
         let timed = self
             .backend
             .bake(mesh, spec, self.options, &|progress| bar.observe(progress))
             .with_context(|| job.title.clone())?;
         drop(bar);
         if let Some(failure) = &timed.gpu_failure {
-            console.warning(&format!("{}: baked on the CPU: {failure}", job.title));
+            self.console
+                .warning(&format!("{}: baked on the CPU: {failure}", job.title));
         }
 
         let started = Instant::now();
         let source = Source {
-            part: job
-                .part
-                .map(|idx| self.loaded.mesh.parts()[idx].name.clone()),
+            part: job.part_name.clone(),
             triangles: mesh.triangles().len() as u64,
-            ..Source::from(self.loaded)
+            ..Source::from(loaded)
         };
         let grid = post::finish(timed.raw, self.placement, self.options, source)
             .with_context(|| job.title.clone())?;
@@ -152,7 +210,7 @@ impl ModelBaker<'_> {
             report,
             backend: BackendReport::new(timed.provenance),
             times: Times {
-                load_s: self.load_s,
+                load_s,
                 prepare_s: timed.prepare_s,
                 visibility_s: timed.visibility_s,
                 post_s: started.elapsed().as_secs_f64(),
