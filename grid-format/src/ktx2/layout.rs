@@ -19,6 +19,9 @@ pub(crate) const ORIENTATION: &str = "ruo";
 /// Offset of the data format descriptor: behind the header and the index entry of the one level.
 pub(crate) const DFD_START: usize = Header::LENGTH + LevelIndex::LENGTH;
 
+/// The bytes of the data format descriptor section that hold the sizes of a texel's planes.
+pub(crate) const BYTES_PLANES: std::ops::Range<usize> = 20..28;
+
 /// The JSON object of the profile.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct FileMetadata {
@@ -32,6 +35,9 @@ pub(crate) struct FileMetadata {
     pub bake: BakeRecord,
     pub mean: f64,
     pub largest: f32,
+    /// The BLAKE3 hash of the texels, in hexadecimal; files of aogrid 0.1.0 have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub texels_blake3: Option<String>,
 }
 
 fn is_zero(origin: &[f64; 3]) -> bool {

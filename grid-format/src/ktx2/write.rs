@@ -65,6 +65,7 @@ impl Grid {
             bake: self.record.clone(),
             mean: self.statistics.mean,
             largest: self.statistics.largest,
+            texels_blake3: self.checksum.clone(),
         };
         let json =
             serde_json::to_string(&metadata).expect("strings and finite numbers have a JSON form");

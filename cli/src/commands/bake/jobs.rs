@@ -151,7 +151,7 @@ pub(super) fn up_to_date(
             record.epsilon.is_none() && grid.spec().half_extents() == given
         }
     };
-    let untouched = grid.statistics() == grid.measure();
+    let untouched = grid.is_unchanged();
     let same = same_extent
         && untouched
         && grid.writer() == Grid::current_writer()
