@@ -82,11 +82,10 @@ impl Placement {
             }
             Extent::Epsilon(epsilon) => return Err(PlacementError::Epsilon(epsilon)),
         };
-        Ok(GridSpec::new(
-            self.resolution,
-            bounds.center(),
-            half_extents,
-        )?)
+        Ok(
+            GridSpec::new(self.resolution, bounds.center(), half_extents)?
+                .with_origin(bounds.origin)?,
+        )
     }
 
     /// Returns the box's half-extents by RR-5779 eq. 4, around an object with half-extents `r`.
@@ -131,6 +130,7 @@ mod tests {
         let bounds = Bounds {
             min: r.map(|v| 5.0 - v),
             max: r.map(|v| 5.0 + v),
+            origin: [0.0; 3],
         };
         let spec = Placement::paper().place(&bounds).unwrap();
         assert_eq!(spec.center(), [5.0; 3]);
@@ -145,6 +145,17 @@ mod tests {
         for v in e {
             assert!((v - expected).abs() < 1e-6, "{v}");
         }
+    }
+
+    #[test]
+    fn the_box_is_relative_to_the_origin_of_the_bounds() {
+        let bounds = Bounds {
+            min: [-1.0; 3],
+            max: [1.0; 3],
+            origin: [5e5, 4.5e6, 0.1],
+        };
+        let spec = Placement::paper().place(&bounds).unwrap();
+        assert_eq!((spec.center(), spec.origin()), ([0.0; 3], bounds.origin));
     }
 
     #[test]
@@ -174,6 +185,7 @@ mod tests {
             ([1.0, 0.02, 0.07], [32; 3]),
         ] {
             let bounds = Bounds {
+                origin: [0.0; 3],
                 min: r.map(|v: f32| -v),
                 max: r,
             };
@@ -205,6 +217,7 @@ mod tests {
         }
         // A sheet has no faces to meet along its normal.
         let sheet = Bounds {
+            origin: [0.0; 3],
             min: [-1.0, 0.0, -1.0],
             max: [1.0, 0.0, 1.0],
         };
@@ -218,7 +231,11 @@ mod tests {
 
     #[test]
     fn points_and_invalid_numbers_are_refused() {
-        let bounds = |min, max| Bounds { min, max };
+        let bounds = |min, max| Bounds {
+            min,
+            max,
+            origin: [0.0; 3],
+        };
         let place = |extent, bounds: &Bounds| {
             Placement {
                 extent,

@@ -66,6 +66,9 @@ pub enum ReadError {
         /// Number of bytes that the file gives.
         found: u64,
     },
+    /// The level's supercompressed data are malformed.
+    #[error("the supercompressed level cannot be unpacked: {0}")]
+    Packed(String),
     /// The key/value section is not well formed.
     #[error("the key/value data is malformed: {0}")]
     KeyValue(&'static str),

@@ -11,6 +11,7 @@ pub struct Grid {
     pub(crate) record: BakeRecord,
     pub(crate) statistics: Statistics,
     pub(crate) writer: String,
+    pub(crate) checksum: Option<String>,
     pub(crate) texels: Vec<u8>,
 }
 
@@ -66,6 +67,7 @@ impl Grid {
                 largest: 0.0,
             },
             writer: Self::current_writer(),
+            checksum: Some(checksum(&texels)),
             texels,
         };
         grid.statistics = grid.measure();
@@ -126,6 +128,15 @@ impl Grid {
         }
     }
 
+    /// Whether the texels are those that were baked: they have the recorded BLAKE3 hash or, in files
+    /// without one, the recorded statistics.
+    pub fn is_unchanged(&self) -> bool {
+        match &self.checksum {
+            Some(recorded) => *recorded == checksum(&self.texels),
+            None => self.statistics == self.measure(),
+        }
+    }
+
     /// Returns the program that wrote the file, for example `aogrid 0.1.0`.
     pub fn writer(&self) -> &str {
         &self.writer
@@ -171,6 +182,11 @@ impl Grid {
         }
         decoded
     }
+}
+
+/// Returns the BLAKE3 hash of texels, in hexadecimal.
+fn checksum(texels: &[u8]) -> String {
+    blake3::hash(texels).to_hex().to_string()
 }
 
 /// Whether all values are in range: each component of the vector in −1..=1, a in 0..=1.

@@ -48,7 +48,8 @@
 //!
 //! A plain KTX2 3D texture, little-endian: `R8_UNORM`, `R16_SFLOAT` or `R32_SFLOAT` for
 //! `occlusion`, the four-channel formats of the same kinds for `cone` and `moment`; layerCount
-//! 0, faceCount 1, levelCount 1, no supercompression, never sRGB. Three key/value pairs, sorted by key, each
+//! 0, faceCount 1, levelCount 1, no supercompression, never sRGB; readers accept zstd and zlib, which
+//! other tools apply. Three key/value pairs, sorted by key, each
 //! NUL-terminated and padded to 4 bytes: `KTXorientation` = `ruo` (x right, y up, z out of the
 //! page), `KTXwriter`, and `aogrid`, a JSON object:
 //!
@@ -57,8 +58,10 @@
 //! | `version` | profile version `"major.minor"`; a reader refuses a newer major |
 //! | `encoding` | `"occlusion"`, `"cone"` or `"moment"` |
 //! | `center`, `half_extents` | the box, three numbers each, object units |
+//! | `origin` | three numbers: the point in object space that `center` is relative to; absent if it is zero |
 //! | `bake` | the [`BakeRecord`] |
 //! | `mean`, `largest` | mean and maximum of the stored a over all cells |
+//! | `texels_blake3` | BLAKE3 hash of the texels as they are uploaded, in hexadecimal; absent in files of aogrid 0.1.0 |
 //!
 //! It holds no time, machine, adapter or thread count: equal bakes give equal bytes.
 

@@ -15,11 +15,15 @@ pub const MAX_CELLS: u64 = 1 << 27;
 ///
 /// Cell (i, j, k) has its center at `((i + ½)/nx, (j + ½)/ny, (k + ½)/nz)` of the box, as a
 /// texture of that size has its texel centers. Cells are stored x fastest.
+///
+/// The box of a model far from zero, as at map coordinates, is relative to an
+/// [origin](GridSpec::origin): single floats there are too coarse for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridSpec {
     resolution: [u32; 3],
     center: [f32; 3],
     half_extents: [f32; 3],
+    origin: [f64; 3],
 }
 
 /// The reason that a resolution and a box do not describe a grid.
@@ -77,7 +81,22 @@ impl GridSpec {
             resolution,
             center,
             half_extents,
+            origin: [0.0; 3],
         })
+    }
+
+    /// Returns the same grid with its center relative to `origin`, in object units.
+    ///
+    /// # Errors
+    ///
+    /// The origin is not finite.
+    pub fn with_origin(self, origin: [f64; 3]) -> Result<Self, SpecError> {
+        for (v, name) in origin.into_iter().zip(["x", "y", "z"]) {
+            if !v.is_finite() {
+                return Err(SpecError::NotFinite(name));
+            }
+        }
+        Ok(Self { origin, ..self })
     }
 
     /// Returns the number of cells along x, y and z.
@@ -85,7 +104,13 @@ impl GridSpec {
         self.resolution
     }
 
-    /// Returns the box's center, in object units.
+    /// Returns the point in object space that the box's center is relative to, in object units. It is
+    /// zero but for models far from zero.
+    pub fn origin(&self) -> [f64; 3] {
+        self.origin
+    }
+
+    /// Returns the box's center, in object units and relative to the [origin](GridSpec::origin).
     pub fn center(&self) -> [f32; 3] {
         self.center
     }

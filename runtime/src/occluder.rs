@@ -251,7 +251,7 @@ fn validated_transform(instance: &Instance) -> Result<DMat4, InstanceError> {
 }
 
 fn object_from_grid(spec: &GridSpec) -> DMat4 {
-    let center = Vec3::from(spec.center()).as_dvec3();
+    let center = DVec3::from(spec.origin()) + Vec3::from(spec.center()).as_dvec3();
     let half_extents = Vec3::from(spec.half_extents()).as_dvec3();
     DMat4::from_translation(center - half_extents) * DMat4::from_scale(2.0 * half_extents)
 }

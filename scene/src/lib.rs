@@ -27,7 +27,7 @@ use std::sync::Arc;
 
 use crate::error::{Context, ensure};
 use crate::reference::{AreaLight, ReferenceOptions};
-use aogrid_bake_core::mesh::Part;
+use aogrid_bake_core::mesh::{Part, Pose};
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh};
 use aogrid_grid_format::{Grid, Source};
 use glam::{DAffine3, DVec3};
@@ -75,7 +75,9 @@ pub struct SceneMesh {
     /// The name in the scene; `mesh/part` for a part.
     pub name: String,
     /// The triangles.
-    pub mesh: TriangleMesh,
+    pub mesh: Arc<TriangleMesh>,
+    /// The pose of the part in its model, which an instance's transform comes after.
+    pub(crate) pose: Pose,
     /// The origin of the triangles, as a grid's metadata records it.
     pub source: Source,
     /// The origin of the mesh's grid.
@@ -189,7 +191,7 @@ impl Scene {
     }
 
     /// Returns the chosen instances as one mesh in world space with a part for each; `None` without
-    /// triangles. Coordinates are rounded to single floats.
+    /// triangles. Far from zero its coordinates are relative to an origin.
     ///
     /// # Errors
     ///
@@ -203,10 +205,13 @@ impl Scene {
             let first = first.with_context(|| {
                 format!("{}: more vertices than can be counted", self.path.display())
             })?;
+            let origin = DVec3::from_array(mesh.origin());
             let placed = mesh.positions().iter().map(|p| {
-                let local = DVec3::from_array(p.map(f64::from));
-                let world = instance.world_from_object.transform_point3(local);
-                world.to_array().map(|v| v as f32)
+                let local = origin + DVec3::from_array(p.map(f64::from));
+                instance
+                    .world_from_object
+                    .transform_point3(local)
+                    .to_array()
             });
             positions.extend(placed);
             let start = triangles.len();
@@ -219,7 +224,7 @@ impl Scene {
         if triangles.is_empty() {
             return Ok(None);
         }
-        let mesh = TriangleMesh::new(positions, triangles, parts)
+        let mesh = TriangleMesh::from_f64(&positions, triangles, parts)
             .with_context(|| format!("{}: the scene in world space", self.path.display()))?;
         Ok(Some(mesh))
     }

@@ -79,6 +79,7 @@ mod tests {
     #[test]
     fn points_lie_on_the_layers_around_the_box() {
         let bounds = Bounds {
+            origin: [0.0; 3],
             min: [-1.0, -0.5, -0.25],
             max: [1.0, 0.5, 0.25],
         };

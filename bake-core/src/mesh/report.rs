@@ -1,12 +1,13 @@
 //! Mesh statistics that help to explain an unexpected bake.
 
+use super::area::has_area;
 use super::weld::weld;
 use super::{Bounds, TriangleMesh};
 
 /// Statistics of a mesh whose vertices are welded by exact position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshReport {
-    /// Triangles in total.
+    /// Triangles in total, with those that were left out.
     pub triangles: usize,
     /// Objects or groups.
     pub parts: usize,
@@ -31,14 +32,15 @@ impl MeshReport {
         };
         let (boundary_edges, non_manifold_edges) = irregular_edges(&triangles);
         Self {
-            triangles: triangles.len(),
+            triangles: triangles.len() + mesh.left_out(),
             parts: mesh.parts().len(),
             bounds: mesh.bounds(),
             degenerate: triangles
                 .iter()
                 .zip(mesh.corners())
                 .filter(|&pair| is_degenerate(pair))
-                .count(),
+                .count()
+                + mesh.left_out(),
             duplicate: duplicates(&triangles),
             boundary_edges,
             non_manifold_edges,
@@ -49,16 +51,6 @@ impl MeshReport {
     pub fn is_closed(&self) -> bool {
         self.boundary_edges == 0 && self.non_manifold_edges == 0
     }
-}
-
-/// Whether the cross product of two edges is not zero. The test is exact: differences of nearby
-/// floats and their products are exact in f64.
-fn has_area([a, b, c]: [[f32; 3]; 3]) -> bool {
-    let edge = |to: [f32; 3], axis: usize| f64::from(to[axis]) - f64::from(a[axis]);
-    (0..3).any(|x| {
-        let (y, z) = ((x + 1) % 3, (x + 2) % 3);
-        edge(b, y) * edge(c, z) != edge(b, z) * edge(c, y)
-    })
 }
 
 fn duplicates(triangles: &[[u32; 3]]) -> usize {

@@ -123,6 +123,7 @@ mod tests {
         let bounds = Bounds {
             min: [1.0 - reach, 2.0, 3.0],
             max: [1.0 + reach, 2.0, 3.0],
+            origin: [0.0; 3],
         };
         Lattice::new(&spec, [0.25, 0.0, -0.25], &bounds, Limits::SWEEP)
     }
@@ -134,6 +135,7 @@ mod tests {
         let bounds = Bounds {
             min: [0.0, 1.0, 2.0],
             max: [2.0, 3.0, 4.0],
+            origin: [0.0; 3],
         };
         let lattice = Lattice::new(&spec, offset, &bounds, Limits::SWEEP).unwrap();
         assert_eq!(lattice.bits(), 19);

@@ -83,7 +83,7 @@ impl PreparedMesh {
             return Err(PrepareError::TooMany(n_triangles));
         }
         let lattice = Lattice::new(&spec, sample_offset, &mesh.bounds(), limits)?;
-        let Bounds { min, max } = mesh.bounds();
+        let Bounds { min, max, .. } = mesh.bounds();
         // Rounding is monotonic, so the snapped bounds are those of the snapped vertices.
         let bounds = [min, max].map(|corner| lattice.snap(corner));
         let snapped: Vec<[i32; 3]> = mesh

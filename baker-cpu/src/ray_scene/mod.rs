@@ -30,6 +30,9 @@ pub struct RayScene {
     triangles: Vec<[[f64; 3]; 3]>,
     /// The index in the mesh of each of `triangles`; the first of several identical ones.
     indices: Vec<u32>,
+    /// The origin of the mesh's coordinates, in object space.
+    origin: [f64; 3],
+    /// The center of the mesh's bounding box, relative to the origin.
     center: [f64; 3],
     scale: f64,
 }
@@ -81,15 +84,21 @@ impl RayScene {
             bvh,
             triangles,
             indices,
+            origin: mesh.origin(),
             center,
             scale,
         }
     }
 
+    /// Returns a position in object space relative to the center.
+    fn from_center(&self, position: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|x| position[x] - self.origin[x] - self.center[x])
+    }
+
     /// Whether the ray from `origin` (object space) in `direction` (any length but zero) hits a
     /// triangle at a distance above zero and up to `max_distance` (object units).
     pub fn is_occluded(&self, origin: [f64; 3], direction: [f64; 3], max_distance: f64) -> bool {
-        let from_center = std::array::from_fn(|x| origin[x] - self.center[x]);
+        let from_center = self.from_center(origin);
         let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
         self.is_occluded_from_center(from_center, direction.map(|v| v / length), max_distance)
     }
@@ -97,7 +106,7 @@ impl RayScene {
     /// Returns the closest hit, at a distance above zero, of the ray from `origin` (object space)
     /// in `direction` (any length but zero).
     pub fn closest_hit(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<Hit> {
-        let origin = std::array::from_fn(|x| (origin[x] - self.center[x]) * self.scale);
+        let origin = self.from_center(origin).map(|v| v * self.scale);
         let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
         let unit = direction.map(|v| v / length);
         let (mut traversal, skip) = traversal_ray(origin, unit, f64::INFINITY);
@@ -170,7 +179,8 @@ impl RayScene {
         occluded
     }
 
-    /// Returns the center of the mesh's bounding box, in object space.
+    /// Returns the center of the mesh's bounding box, relative to the mesh's origin, as is that of a
+    /// grid placed around it.
     pub(crate) fn center(&self) -> [f64; 3] {
         self.center
     }

@@ -14,7 +14,7 @@ use crate::console::Console;
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// A grid (*.ao.ktx2) or a model (*.obj)
+    /// A grid (*.ao.ktx2) or a model (*.obj, *.glb, *.gltf, *.stl, *.ply)
     file: PathBuf,
     /// Report as one JSON object on stdout
     #[arg(long)]
@@ -30,11 +30,14 @@ Examples:
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let path = &args.file;
-    if path
+    let is_grid = path
         .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("obj"))
-    {
+        .is_some_and(|e| e.eq_ignore_ascii_case("ktx2"));
+    if !is_grid {
         let loaded = mesh::load(path).with_context(|| path.display().to_string())?;
+        for warning in &loaded.warnings {
+            console.warning(&format!("{}: {warning}", path.display()));
+        }
         let report = MeshReport::new(&loaded.mesh);
         if args.json {
             return console.json(&MeshJson::new(&report));
@@ -100,6 +103,9 @@ pub(crate) struct BoxJson {
     resolution: [u32; 3],
     center: [f32; 3],
     half_extents: [f32; 3],
+    /// The point that the center is relative to; left out if it is zero.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    origin: Option<[f64; 3]>,
 }
 
 impl BoxJson {
@@ -108,8 +114,14 @@ impl BoxJson {
             resolution: spec.resolution(),
             center: spec.center(),
             half_extents: spec.half_extents(),
+            origin: origin(spec),
         }
     }
+}
+
+/// Returns the origin of a grid that is not at zero.
+fn origin(spec: &GridSpec) -> Option<[f64; 3]> {
+    Some(spec.origin()).filter(|origin| *origin != [0.0; 3])
 }
 
 /// A grid file's metadata as JSON.
@@ -244,7 +256,10 @@ pub(crate) fn interior_line(record: &BakeRecord) -> String {
 pub(crate) fn box_line(spec: &GridSpec) -> String {
     let [nx, ny, nz] = spec.resolution();
     let (center, half_extents) = (triple(spec.center()), triple(spec.half_extents()));
-    format!("{nx}×{ny}×{nz} cells, center ({center}), half-extents ({half_extents})")
+    let relative = origin(spec).map_or(String::new(), |[x, y, z]| {
+        format!(" relative to ({x}, {y}, {z})")
+    });
+    format!("{nx}×{ny}×{nz} cells, center ({center}){relative}, half-extents ({half_extents})")
 }
 
 /// Formats three coordinates with about five significant digits whatever the model's unit.

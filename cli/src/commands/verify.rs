@@ -9,8 +9,8 @@ use crate::console::Console;
 
 /// Check that grid files are intact and agree with their own metadata
 ///
-/// Beyond what every reader checks (layout, ranges): mean and largest occlusion are as
-/// recorded, a treated boundary is zero, axes have length one or zero.
+/// Beyond what every reader checks (layout, ranges): texels have the recorded hash, mean and
+/// largest occlusion are as recorded, a treated boundary is zero, axes have length one or zero.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -47,11 +47,14 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
 
 /// Returns the first violated condition of a grid that was read without an error.
 fn violation(grid: &Grid) -> Option<String> {
+    if !grid.is_unchanged() {
+        return Some("its texels were changed after the bake".into());
+    }
     let (recorded, measured) = (grid.statistics(), grid.measure());
     if recorded != measured {
         return Some(format!(
-            "its texels were changed after the bake: mean and largest occlusion are {} and {}, but \
-             {} and {} are recorded",
+            "its metadata were changed after the bake: mean and largest occlusion are {} and {}, \
+             but {} and {} are recorded",
             measured.mean, measured.largest, recorded.mean, recorded.largest
         ));
     }

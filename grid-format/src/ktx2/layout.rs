@@ -19,6 +19,9 @@ pub(crate) const ORIENTATION: &str = "ruo";
 /// Offset of the data format descriptor: behind the header and the index entry of the one level.
 pub(crate) const DFD_START: usize = Header::LENGTH + LevelIndex::LENGTH;
 
+/// The bytes of the data format descriptor section that hold the sizes of a texel's planes.
+pub(crate) const BYTES_PLANES: std::ops::Range<usize> = 20..28;
+
 /// The JSON object of the profile.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct FileMetadata {
@@ -26,9 +29,19 @@ pub(crate) struct FileMetadata {
     pub encoding: String,
     pub center: [f32; 3],
     pub half_extents: [f32; 3],
+    /// The point that the center is relative to; absent if it is zero.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub origin: [f64; 3],
     pub bake: BakeRecord,
     pub mean: f64,
     pub largest: f32,
+    /// The BLAKE3 hash of the texels, in hexadecimal; files of aogrid 0.1.0 have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub texels_blake3: Option<String>,
+}
+
+fn is_zero(origin: &[f64; 3]) -> bool {
+    *origin == [0.0; 3]
 }
 
 /// The numbers of channels that a texel can have.

@@ -2,6 +2,7 @@
 
 mod layout;
 mod read;
+mod unpack;
 mod write;
 
 pub(crate) use layout::PROFILE_MAJOR;

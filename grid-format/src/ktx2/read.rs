@@ -1,13 +1,14 @@
 //! Reading: bytes to grid. Everything is validated here, once, so that every [`Grid`] is valid.
 //!
-//! For one level without supercompression the KTX2 layout is fixed, so each offset has exactly
-//! one valid value. That rules out overlapping and hidden sections. No allocation exceeds the
-//! file's own length by more than a constant.
+//! For one level the KTX2 layout is fixed, so each offset has exactly one valid value. That rules out
+//! overlapping and hidden sections. No allocation exceeds the file's own length by more than a
+//! constant, but for the texels of a supercompressed file, which are allocated as they are unpacked.
 
 use ::ktx2::{Header, LevelIndex};
 use serde::Deserialize;
 
 use super::layout::{self, FileMetadata, METADATA_KEY, PROFILE_MAJOR, WRITER_KEY};
+use super::unpack;
 use crate::{Encoding, Grid, GridSpec, ReadError, Statistics, TexelFormat};
 
 impl Grid {
@@ -36,9 +37,10 @@ impl Grid {
         }
         // The resolution is bounded before anything is sized by it.
         let resolution = [header.pixel_width, header.pixel_height, header.pixel_depth];
-        let spec = GridSpec::new(resolution, metadata.center, metadata.half_extents)?;
+        let spec = GridSpec::new(resolution, metadata.center, metadata.half_extents)?
+            .with_origin(metadata.origin)?;
         let texel_bytes = encoding.channels() * format.channel_bytes();
-        let texels = level(bytes, kvd_end, texel_bytes, &spec)?;
+        let texels = level(bytes, kvd_end, texel_bytes, &spec, &header)?;
         let grid = Self {
             spec,
             encoding,
@@ -46,7 +48,8 @@ impl Grid {
             statistics: read_statistics(&metadata)?,
             record: metadata.bake,
             writer: find(&pairs, WRITER_KEY).unwrap_or_default().to_owned(),
-            texels: texels.to_vec(),
+            checksum: metadata.texels_blake3,
+            texels,
         };
         grid.check_texels()?;
         Ok(grid)
@@ -73,8 +76,12 @@ fn read_header(bytes: &[u8]) -> Result<Header, ReadError> {
 /// Returns the number of channels and the texel format of the texture's Vulkan format.
 fn check_kind(header: &Header) -> Result<(usize, TexelFormat), ReadError> {
     let refuse = |reason: String| Err(ReadError::NotAGrid(reason));
-    if header.supercompression_scheme.is_some() {
-        return refuse("it is supercompressed".into());
+    if let Some(scheme) = header.supercompression_scheme
+        && !unpack::is_known(scheme)
+    {
+        return refuse(format!(
+            "its supercompression {scheme:?} is not supported; zstd and zlib are"
+        ));
     }
     let Some((channels, format)) = layout::texel_kind(header.format) else {
         return refuse(match header.format {
@@ -101,6 +108,11 @@ fn check_descriptor(bytes: &[u8], header: &Header) -> Result<usize, ReadError> {
     let what = "the data format descriptor";
     check_offset(what, layout::DFD_START, header.index.dfd_byte_offset.into())?;
     let found = slice(bytes, layout::DFD_START, expected.len(), what)?;
+    let mut found = found.to_vec();
+    if header.supercompression_scheme.is_some() {
+        // Some tools keep the texel's size, others set it to zero, as KTX2 had it before.
+        found[layout::BYTES_PLANES].copy_from_slice(&expected[layout::BYTES_PLANES]);
+    }
     if header.index.dfd_byte_length as usize != expected.len()
         || found != expected
         || header.type_size != type_size
@@ -207,30 +219,44 @@ fn read_statistics(metadata: &FileMetadata) -> Result<Statistics, ReadError> {
     }
 }
 
-/// Returns the bytes of the only level, which end the file.
-fn level<'a>(
-    bytes: &'a [u8],
+/// Returns the texels of the only level, which ends the file.
+fn level(
+    bytes: &[u8],
     kvd_end: usize,
     texel_bytes: usize,
     spec: &GridSpec,
-) -> Result<&'a [u8], ReadError> {
+    header: &Header,
+) -> Result<Vec<u8>, ReadError> {
     let entry = slice(bytes, Header::LENGTH, LevelIndex::LENGTH, "the level index")?;
     let entry = LevelIndex::from_bytes(entry.try_into().expect("the slice has an entry's length"));
-    let start = layout::level_start(kvd_end, texel_bytes);
+    // Supercompressed levels are not aligned.
+    let start = match header.supercompression_scheme {
+        None => layout::level_start(kvd_end, texel_bytes),
+        Some(_) => kvd_end,
+    };
     check_offset("the level", start, entry.byte_offset)?;
     let length = spec.cell_count() * texel_bytes;
-    for found in [entry.byte_length, entry.uncompressed_byte_length] {
-        if found != length as u64 {
-            return Err(ReadError::LevelLength {
-                expected: length as u64,
-                found,
-            });
-        }
+    check_length(length, entry.uncompressed_byte_length)?;
+    if header.supercompression_scheme.is_none() {
+        check_length(length, entry.byte_length)?;
     }
-    let texels = slice(bytes, start, length, "the level")?;
-    match bytes.len() - (start + length) {
-        0 => Ok(texels),
-        extra => Err(ReadError::TrailingBytes(extra as u64)),
+    let stored = usize::try_from(entry.byte_length).unwrap_or(usize::MAX);
+    let data = slice(bytes, start, stored, "the level")?;
+    match bytes.len() - (start + stored) {
+        0 => {}
+        extra => return Err(ReadError::TrailingBytes(extra as u64)),
+    }
+    match header.supercompression_scheme {
+        None => Ok(data.to_vec()),
+        Some(scheme) => unpack::unpack(scheme, data, length),
+    }
+}
+
+fn check_length(expected: usize, found: u64) -> Result<(), ReadError> {
+    let expected = expected as u64;
+    match found == expected {
+        true => Ok(()),
+        false => Err(ReadError::LevelLength { expected, found }),
     }
 }
 

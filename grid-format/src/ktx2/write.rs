@@ -61,9 +61,11 @@ impl Grid {
             encoding: self.encoding.name().to_owned(),
             center: self.spec.center(),
             half_extents: self.spec.half_extents(),
+            origin: self.spec.origin(),
             bake: self.record.clone(),
             mean: self.statistics.mean,
             largest: self.statistics.largest,
+            texels_blake3: self.checksum.clone(),
         };
         let json =
             serde_json::to_string(&metadata).expect("strings and finite numbers have a JSON form");

@@ -30,7 +30,7 @@ fn other_kinds_of_files_are_identified_in_the_error() {
         (at::LEVELS, 0),
         (at::LEVELS, 2),
         (at::LEVELS, u32::MAX),
-        (at::SCHEME, 2),
+        (at::SCHEME, 1),
         (at::SCHEME, 77),
         (at::DFD, 0),
         // Texel block dimensions of 256: adding 1 in a byte would overflow to 0.

@@ -8,6 +8,8 @@ mod frozen;
 mod header;
 /// The metadata's version, names and ranges.
 mod metadata;
+/// Levels that other tools have supercompressed.
+mod packed;
 
 use std::path::{Path, PathBuf};
 

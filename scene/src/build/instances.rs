@@ -1,12 +1,13 @@
 //! The instances of a scene.
 
-use glam::{DAffine3, DQuat, DVec3};
+use aogrid_bake_core::mesh::Pose;
+use glam::{DAffine3, DMat3, DQuat, DVec3};
 use toml::Spanned;
 
 use super::{Builder, MAX_INSTANCES};
-use crate::Instance;
 use crate::schema::{InstanceFile, Layer};
 use crate::values::{OneOrThree, triple};
+use crate::{Instance, SceneMesh};
 
 impl Builder<'_> {
     pub(super) fn instance(&mut self, file: Spanned<InstanceFile>) -> crate::Result<()> {
@@ -31,13 +32,19 @@ impl Builder<'_> {
                 Some(id) => id.0 + idx as u32,
                 None => 1 + self.instances.len() as u32,
             };
-            let default_name = &self.meshes[mesh].name;
+            let SceneMesh {
+                name: default_name,
+                pose,
+                ..
+            } = &self.meshes[mesh];
+            let object_from_part = affine(pose);
             let name = match (&file.name, named.count) {
                 (None, _) => default_name.clone(),
                 (Some(name), 1) => name.clone(),
                 (Some(name), _) => {
-                    let part = self.meshes[mesh].source.part.as_deref();
-                    format!("{name}/{}", part.unwrap_or_default())
+                    // The mesh of a part is called `mesh/part`.
+                    let part = default_name.get(file.mesh.get_ref().len()..);
+                    format!("{name}{}", part.unwrap_or_default())
                 }
             };
             self.claim_id(id, &name, &span)?;
@@ -45,7 +52,7 @@ impl Builder<'_> {
                 name,
                 id,
                 mesh,
-                world_from_object,
+                world_from_object: world_from_object * object_from_part,
                 is_similarity,
                 // A rectangle casts only if asked to: it does not occlude what stands on it, and
                 // its grid would be nearly empty.
@@ -115,6 +122,13 @@ impl Builder<'_> {
             translation,
         );
         Ok((transform, is_similarity))
+    }
+}
+
+fn affine(pose: &Pose) -> DAffine3 {
+    DAffine3 {
+        matrix3: DMat3::from_cols_array_2d(&pose.linear),
+        translation: DVec3::from_array(pose.translation),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The meshes of a scene, and their grids.
 
-use aogrid_bake_core::mesh::{self, LoadedMesh, Part};
+use aogrid_bake_core::mesh::{self, LoadedMesh, Part, PartMesh, Pose};
 use aogrid_bake_core::models::{Model, to_obj};
 use aogrid_bake_core::{BakeOptions, Extent, Placement, Preset, TriangleMesh};
 use aogrid_grid_format::{BoundaryMode, Encoding, Sampling, Source as MeshSource};
@@ -27,8 +27,11 @@ impl Builder<'_> {
         if file.parts == Some(true) {
             for idx in 0..loaded.mesh.parts().len() {
                 let part = loaded.mesh.parts()[idx].name.clone();
-                let mesh = self.part_of(&loaded, idx, &span)?;
-                self.push_mesh(format!("{name}/{part}"), mesh, &loaded, Some(part), &grid);
+                let of_part = self.part_of(&loaded, idx, &span)?;
+                let name = format!("{name}/{part}");
+                // Parts that share a mesh share its grid.
+                let source = loaded.mesh.parts()[of_part.same_as].name.clone();
+                self.push_mesh(name, &of_part, &loaded, Some(source), &grid);
             }
         } else if let Some(part) = &file.part {
             let parts = loaded.mesh.parts();
@@ -37,11 +40,16 @@ impl Builder<'_> {
                 let message = format!("no such part; there are: {}", names.join(", "));
                 return Err(self.source.error_at(part, "mesh.part", &message));
             };
-            let mesh = self.part_of(&loaded, idx, &span)?;
+            // An instance poses a part that is named; in the model it may have another pose.
+            let of_part = PartMesh {
+                pose: Pose::IDENTITY,
+                ..self.part_of(&loaded, idx, &span)?
+            };
             let part = Some(part.get_ref().clone());
-            self.push_mesh(name.clone(), mesh, &loaded, part, &grid);
+            self.push_mesh(name.clone(), &of_part, &loaded, part, &grid);
         } else {
-            self.push_mesh(name.clone(), loaded.mesh.clone(), &loaded, None, &grid);
+            let whole = PartMesh::whole(loaded.mesh.clone());
+            self.push_mesh(name.clone(), &whole, &loaded, None, &grid);
         }
         let named = NamedMesh {
             first,
@@ -57,9 +65,8 @@ impl Builder<'_> {
         loaded: &LoadedMesh,
         idx: usize,
         span: &Spanned<()>,
-    ) -> crate::Result<TriangleMesh> {
+    ) -> crate::Result<PartMesh> {
         loaded
-            .mesh
             .part(idx)
             .map_err(|e| self.source.error_at(span, "mesh.parts", &e.to_string()))
     }
@@ -67,7 +74,7 @@ impl Builder<'_> {
     fn push_mesh(
         &mut self,
         name: String,
-        mesh: TriangleMesh,
+        part_mesh: &PartMesh,
         loaded: &LoadedMesh,
         part: Option<String>,
         grid: &GridSource,
@@ -76,10 +83,11 @@ impl Builder<'_> {
             name,
             source: MeshSource {
                 part,
-                triangles: mesh.triangles().len() as u64,
+                triangles: part_mesh.mesh.triangles().len() as u64,
                 ..MeshSource::from(loaded)
             },
-            mesh,
+            mesh: part_mesh.mesh.clone(),
+            pose: part_mesh.pose,
             grid: grid.clone(),
         });
     }
@@ -265,9 +273,6 @@ fn rectangle([x, z]: [f32; 2]) -> LoadedMesh {
 
 /// Returns a generated mesh as if it had been loaded from an OBJ file.
 fn loaded_from_memory(mesh: TriangleMesh, name: &str) -> LoadedMesh {
-    LoadedMesh {
-        blake3: blake3::hash(to_obj(&mesh).as_bytes()).to_hex().to_string(),
-        mesh,
-        name: format!("{name}.obj"),
-    }
+    let blake3 = blake3::hash(to_obj(&mesh).as_bytes()).to_hex().to_string();
+    LoadedMesh::from_mesh(mesh, format!("{name}.obj"), blake3)
 }

@@ -315,7 +315,8 @@ fn scene_of(subject: &Subject, pose: &Pose, grid: &GridSource) -> Scene {
         instances: instances.collect(),
         meshes: vec![SceneMesh {
             name: subject.name.clone(),
-            mesh: subject.mesh.clone(),
+            mesh: Arc::new(subject.mesh.clone()),
+            pose: mesh::Pose::IDENTITY,
             source: subject.source.clone(),
             grid: grid.clone(),
         }],

@@ -139,7 +139,9 @@ fn half_a_cell_away(spec: &GridSpec) -> GridSpec {
     let (n, e) = (spec.resolution(), spec.half_extents());
     let center = spec.center();
     let moved = std::array::from_fn(|x| center[x] + e[x] / n[x] as f32);
-    GridSpec::new(n, moved, e).expect("a small move leaves the box valid")
+    GridSpec::new(n, moved, e)
+        .and_then(|moved| moved.with_origin(spec.origin()))
+        .expect("a small move leaves the box valid")
 }
 
 #[cfg(test)]

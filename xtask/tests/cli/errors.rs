@@ -54,14 +54,19 @@ fn invalid_models_are_named_with_the_reason() {
         (folder.path().join("missing.obj"), "No such file"),
         (folder.path().join("missing folder/a.obj"), "No such file"),
         (folder.path().to_owned(), "not a regular file"),
-        (file("model.fbx", ""), "expected .obj"),
+        (file("model.fbx", ""), "format is not known"),
+        (file("page.obj", "<!DOCTYPE html>"), "web page"),
+        (
+            file("pointer.glb", "version https://git-lfs.github.com/spec/v1"),
+            "git lfs pull",
+        ),
         (file("empty.obj", ""), "no triangles"),
         (
             file("nan.obj", &format!("{corners}v nan 0 0\nf 1 2 4")),
             "line 4",
         ),
         (file("index.obj", &format!("{corners}f 1 2 9")), "line 4"),
-        (file("point.obj", "v 1 1 1\nf 1 1 1"), "no extent"),
+        (file("point.obj", "v 1 1 1\nf 1 1 1"), "no area"),
         (
             file("huge.obj", "v 3e38 0 0\nv -3e38 0 0\nv 0 3e38 0\nf 1 2 3"),
             "box",

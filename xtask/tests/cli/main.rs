@@ -16,6 +16,8 @@ mod interruption;
 mod look;
 /// Files from other programs' test suites, many of them broken.
 mod odd_inputs;
+/// Parts of models, and batches of which one fails.
+mod parts;
 /// Rendering scenes.
 mod render;
 /// Errors in scene files: line, key, reason.

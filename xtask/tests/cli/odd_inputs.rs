@@ -85,7 +85,11 @@ fn odd_obj_files_are_read_as_others_do_or_refused_with_a_reason() {
             continue;
         }
         refused += 1;
-        let error = one_line_error(&output, &name);
+        // The JSON report has the error, too.
+        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(report["outputs"][0]["state"], "failed", "{name}");
+        let stdout = vec![];
+        let error = one_line_error(&Output { stdout, ..output }, &name);
         assert!(error.contains(&name), "{error}");
         let known = REFUSED.iter().find(|(refused, _)| *refused == name);
         let nobody_fails = others.iter().all(|n| n.is_some_and(|n| n > 0));
@@ -100,6 +104,40 @@ fn odd_obj_files_are_read_as_others_do_or_refused_with_a_reason() {
     }
     println!("{read} read, {refused} refused");
     assert!(read > 30 && refused > 30);
+}
+
+#[test]
+fn odd_gltf_files_are_read_or_refused_in_a_line() {
+    let Some(folder) = shared("data/odd/gltf") else {
+        return;
+    };
+    let mut files = Vec::new();
+    let mut folders = vec![folder];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.to_string_lossy().into_owned();
+            if path.is_dir() {
+                folders.push(path);
+            } else if name.ends_with(".gltf") || name.ends_with(".glb") {
+                files.push(path);
+            }
+        }
+    }
+    let (mut read, mut refused) = (0, 0);
+    for path in files {
+        let output = limited(&[Path::new("info"), &path]);
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        if output.status.success() {
+            read += 1;
+            continue;
+        }
+        refused += 1;
+        let error = one_line_error(&output, &name);
+        assert!(error.contains(&name), "{error}");
+    }
+    println!("{read} read, {refused} refused");
+    assert!(read > 15 && refused > 100);
 }
 
 #[test]
@@ -130,7 +168,7 @@ fn a_material_file_is_not_a_model() {
     let grid = out.path().join("a.ao.ktx2");
     for path in files_with_ending(&folder, ".mtl") {
         let output = limited(&[Path::new("bake"), &path, Path::new("-o"), &grid]);
-        assert!(one_line_error(&output, "mtl").contains("expected .obj"));
+        assert!(one_line_error(&output, "mtl").contains("format is not known"));
     }
 }
 

@@ -21,7 +21,7 @@ use crate::backend::BackendRequest;
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// Wavefront OBJ files
+    /// Models: OBJ, glTF, GLB, STL or PLY files, or .gz of them
     #[arg(required = true, value_name = "MODEL")]
     pub models: Vec<PathBuf>,
     /// The grid file to write (*.ao.ktx2), or a folder for several
@@ -98,9 +98,12 @@ pub(crate) struct Args {
     /// limit for its choice
     #[arg(long, value_name = "N", conflicts_with = "resolution")]
     pub max_bytes: Option<u64>,
-    /// Bake each object or group of a model by itself, for animation
+    /// Bake each part of a model by itself, for animation, and write a scene file that poses them
     #[arg(long)]
     pub parts: bool,
+    /// End at the first model or part that fails, instead of going on with the rest
+    #[arg(long)]
+    pub fail_fast: bool,
     /// Bake outputs that are up to date, too
     #[arg(long)]
     pub force: bool,

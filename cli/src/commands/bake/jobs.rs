@@ -99,8 +99,13 @@ impl<'a> Jobs<'a> {
         })
     }
 
+    /// Returns the file of the scene that poses a model's parts.
+    pub(super) fn scene_file(&self, model: &Path) -> PathBuf {
+        self.out.join(format!("{}.toml", stem(model)))
+    }
+
     /// Returns a job for each part of a model.
-    pub(super) fn part_jobs(&self, model: &Path, mesh: &TriangleMesh) -> anyhow::Result<Vec<Job>> {
+    pub(super) fn part_jobs(&self, model: &Path, mesh: &TriangleMesh) -> Vec<Job> {
         let mut uses: HashMap<String, usize> = HashMap::new();
         let jobs = mesh.parts().iter().enumerate().map(|(idx, part)| {
             let mut name = file_name(&part.name);
@@ -117,7 +122,7 @@ impl<'a> Jobs<'a> {
                 out: self.out.join(format!("{}.{name}{EXTENSION}", stem(model))),
             }
         });
-        Ok(jobs.collect())
+        jobs.collect()
     }
 }
 
@@ -147,7 +152,7 @@ pub(super) fn up_to_date(
             record.epsilon.is_none() && grid.spec().half_extents() == given
         }
     };
-    let untouched = grid.statistics() == grid.measure();
+    let untouched = grid.is_unchanged();
     let same = same_extent
         && untouched
         && (record.check.is_some() || !must_be_checked)

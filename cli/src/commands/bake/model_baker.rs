@@ -29,19 +29,7 @@ pub(super) struct ModelBaker<'a> {
 
 impl ModelBaker<'_> {
     /// Bakes a job and writes its output; with `--dry-run` only reports it.
-    pub(super) fn run(&mut self, job: &Job) -> anyhow::Result<Outcome> {
-        let part;
-        let mesh = match job.part {
-            Some(idx) => {
-                part = self
-                    .loaded
-                    .mesh
-                    .part(idx)
-                    .with_context(|| job.title.clone())?;
-                &part
-            }
-            None => &self.loaded.mesh,
-        };
+    pub(super) fn run(&mut self, job: &Job, mesh: &TriangleMesh) -> anyhow::Result<Outcome> {
         let spec = self
             .placement
             .place(&mesh.bounds())
@@ -82,9 +70,7 @@ impl ModelBaker<'_> {
         stages: &mut Stages,
     ) -> anyhow::Result<Grid> {
         let source = Source {
-            part: job
-                .part
-                .map(|idx| self.loaded.mesh.parts()[idx].name.clone()),
+            part: job.part_name.clone(),
             triangles: mesh.triangles().len() as u64,
             ..Source::from(self.loaded)
         };

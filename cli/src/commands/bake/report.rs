@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use anyhow::bail;
 use aogrid_bake_core::mesh::MeshReport;
 use aogrid_grid_format::{BoundaryMode, Grid, GridSpec, Sampling};
 use serde::Serialize;
@@ -80,9 +81,13 @@ pub(super) struct Outcome {
 
 #[derive(Serialize)]
 struct OutcomeJson {
-    out: PathBuf,
-    /// `baked`, `up-to-date` or `dry-run`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    out: Option<PathBuf>,
+    /// `baked`, `up-to-date`, `dry-run` or `failed`.
     state: &'static str,
+    /// The model or part that failed, and the reason.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    failure: Option<Failure>,
     #[serde(skip_serializing_if = "Option::is_none")]
     mesh: Option<info::MeshJson>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -95,12 +100,19 @@ struct OutcomeJson {
     times: Option<Times>,
 }
 
+#[derive(Serialize)]
+struct Failure {
+    input: String,
+    error: String,
+}
+
 impl Outcome {
     pub(super) fn up_to_date(job: &Job, grid: &Grid) -> Self {
         Self {
             json: OutcomeJson {
-                out: job.out.clone(),
+                out: Some(job.out.clone()),
                 state: "up-to-date",
+                failure: None,
                 mesh: None,
                 grid: Some(info::GridJson::new(grid)),
                 placement: None,
@@ -122,8 +134,9 @@ impl Outcome {
                 ),
             ],
             json: OutcomeJson {
-                out: job.out.clone(),
+                out: Some(job.out.clone()),
                 state: "dry-run",
+                failure: None,
                 mesh: Some(info::MeshJson::new(report)),
                 grid: None,
                 placement: Some(info::BoxJson::new(spec)),
@@ -160,8 +173,9 @@ impl Outcome {
             .flatten()
             .collect(),
             json: OutcomeJson {
-                out: job.out.clone(),
+                out: Some(job.out.clone()),
                 state: "baked",
+                failure: None,
                 mesh: Some(info::MeshJson::new(&report)),
                 grid: Some(info::GridJson::new(&grid)),
                 placement: None,
@@ -215,6 +229,11 @@ fn seconds(s: f64) -> String {
 #[derive(Default, Serialize)]
 pub(super) struct Outputs {
     outputs: Vec<OutcomeJson>,
+    /// The titles of what failed, or the only failure.
+    #[serde(skip)]
+    failed: Vec<String>,
+    #[serde(skip)]
+    only_failure: Option<anyhow::Error>,
 }
 
 impl Outputs {
@@ -226,10 +245,53 @@ impl Outputs {
         self.outputs.push(outcome.json);
     }
 
-    pub(super) fn finish(&self, console: &Console, json: bool) -> anyhow::Result<()> {
-        match json {
-            true => console.json(self),
-            false => Ok(()),
+    /// Keeps a failure, and prints it at once unless it is all that there is to print.
+    pub(super) fn fail(
+        &mut self,
+        title: &str,
+        error: anyhow::Error,
+        is_only: bool,
+        console: &Console,
+    ) {
+        self.outputs.push(OutcomeJson {
+            out: None,
+            state: "failed",
+            failure: Some(Failure {
+                input: title.to_owned(),
+                error: format!("{error:#}"),
+            }),
+            mesh: None,
+            grid: None,
+            placement: None,
+            kernel: None,
+            times: None,
+        });
+        if is_only {
+            self.only_failure = Some(error);
+            return;
+        }
+        console.error(&error);
+        self.failed.push(title.to_owned());
+    }
+
+    /// Prints the JSON object.
+    ///
+    /// # Errors
+    ///
+    /// Something failed: the error names all of it.
+    pub(super) fn finish(self, console: &Console, json: bool) -> anyhow::Result<()> {
+        if json {
+            console.json(&self)?;
+        }
+        if let Some(error) = self.only_failure {
+            return Err(error);
+        }
+        match self.failed.len() {
+            0 => Ok(()),
+            n => {
+                let total = self.outputs.len();
+                bail!("{n} of {total} failed: {}", self.failed.join(", "))
+            }
         }
     }
 }

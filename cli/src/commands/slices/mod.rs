@@ -6,6 +6,7 @@ mod sheet;
 
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context, bail};
 use aogrid_bake_core::TriangleMesh;
@@ -104,7 +105,7 @@ fn find_mesh(args: &Args, grid: &Grid, console: &Console) -> anyhow::Result<Opti
         return Ok(Some(loaded.mesh));
     };
     match loaded.mesh.parts().iter().position(|p| p.name == *part) {
-        Some(idx) => Ok(Some(loaded.mesh.part(idx)?)),
+        Some(idx) => Ok(Some(Arc::unwrap_or_clone(loaded.part(idx)?.mesh))),
         None => bail!("{}: it has no part `{part}`", path.display()),
     }
 }

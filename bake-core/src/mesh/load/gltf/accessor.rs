@@ -1,0 +1,184 @@
+//! Numbers of accessors: interleaved, normalized and sparse ones too.
+
+use gltf_json::Index;
+use gltf_json::accessor::{Accessor, ComponentType, Type};
+use gltf_json::buffer::View;
+use gltf_json::validation::Checked;
+
+use super::{GltfError, GltfFile};
+
+/// Maximum number of elements of an accessor without a buffer view. They are all zero and take no
+/// byte of the file, which bounds all others.
+const MAX_ZEROS: u64 = 1 << 24;
+
+/// The place and type of an accessor's or a sparse part's numbers.
+struct Source {
+    view: Index<View>,
+    offset: u64,
+    count: u64,
+    component: ComponentType,
+    normalized: bool,
+}
+
+impl GltfFile {
+    /// Returns the positions of an accessor of three-component vectors.
+    pub(super) fn positions(&self, idx: usize) -> Result<Vec<[f64; 3]>, GltfError> {
+        let accessor = self.accessor(idx)?;
+        let component = component(idx, accessor)?;
+        if accessor.type_ != Checked::Valid(Type::Vec3) || component == ComponentType::U32 {
+            return Err(fault(idx, "its elements are not positions"));
+        }
+        self.elements(idx, accessor, component)
+    }
+
+    /// Returns the numbers of an accessor of vertex indices.
+    pub(super) fn indices(&self, idx: usize) -> Result<Vec<u32>, GltfError> {
+        let accessor = self.accessor(idx)?;
+        let component = component(idx, accessor)?;
+        let is_unsigned = matches!(
+            component,
+            ComponentType::U8 | ComponentType::U16 | ComponentType::U32
+        );
+        if accessor.type_ != Checked::Valid(Type::Scalar) || !is_unsigned || accessor.normalized {
+            return Err(fault(idx, "its elements are not vertex indices"));
+        }
+        let numbers = self.elements::<1>(idx, accessor, component)?;
+        Ok(numbers.into_iter().map(|[v]| v as u32).collect())
+    }
+
+    fn accessor(&self, idx: usize) -> Result<&Accessor, GltfError> {
+        let accessor = self.root.accessors.get(idx);
+        accessor.ok_or(GltfError::Missing("accessor", idx))
+    }
+
+    fn elements<const N: usize>(
+        &self,
+        idx: usize,
+        accessor: &Accessor,
+        component: ComponentType,
+    ) -> Result<Vec<[f64; N]>, GltfError> {
+        let count = accessor.count.0;
+        let normalized = accessor.normalized;
+        let mut elements = match accessor.buffer_view {
+            Some(view) => self.read(
+                idx,
+                &Source {
+                    view,
+                    offset: accessor.byte_offset.unwrap_or_default().0,
+                    count,
+                    component,
+                    normalized,
+                },
+            )?,
+            None if count <= MAX_ZEROS => vec![[0.0; N]; count as usize],
+            None => return Err(fault(idx, "it has no data")),
+        };
+        let Some(sparse) = &accessor.sparse else {
+            return Ok(elements);
+        };
+        let Checked::Valid(index_type) = sparse.indices.component_type else {
+            return Err(fault(idx, "its sparse indices are of an unknown type"));
+        };
+        let indices = Source {
+            view: sparse.indices.buffer_view,
+            offset: sparse.indices.byte_offset.0,
+            count: sparse.count.0,
+            component: index_type.0,
+            normalized: false,
+        };
+        let values = Source {
+            view: sparse.values.buffer_view,
+            offset: sparse.values.byte_offset.0,
+            component,
+            normalized,
+            ..indices
+        };
+        let indices = self.read::<1>(idx, &indices)?;
+        for ([index], value) in indices.into_iter().zip(self.read(idx, &values)?) {
+            let element = elements.get_mut(index as usize);
+            *element.ok_or(fault(idx, "a sparse index is out of range"))? = value;
+        }
+        Ok(elements)
+    }
+
+    fn read<const N: usize>(
+        &self,
+        idx: usize,
+        source: &Source,
+    ) -> Result<Vec<[f64; N]>, GltfError> {
+        let (bytes, stride) = self.view(source.view.value())?;
+        let component_size = source.component.size();
+        let size = N * component_size;
+        let stride = stride.unwrap_or(size);
+        if stride < size {
+            return Err(fault(idx, "its stride is shorter than an element"));
+        }
+        // The last element need not be followed by a whole stride.
+        let length = source.count.saturating_sub(1).saturating_mul(stride as u64);
+        let end = source
+            .offset
+            .saturating_add(length)
+            .saturating_add(size as u64);
+        if source.count == 0 || end > bytes.len() as u64 {
+            return Err(fault(idx, "it is empty or reaches beyond its buffer view"));
+        }
+        let elements = bytes[source.offset as usize..].chunks(stride);
+        let number = |bytes: &[u8]| number(source.component, source.normalized, bytes);
+        let element = |bytes: &[u8]| {
+            std::array::from_fn(|c| number(&bytes[c * component_size..(c + 1) * component_size]))
+        };
+        Ok(elements.take(source.count as usize).map(element).collect())
+    }
+
+    /// Returns the bytes and the stride of a buffer view.
+    fn view(&self, idx: usize) -> Result<(&[u8], Option<usize>), GltfError> {
+        let view = self.root.buffer_views.get(idx);
+        let view = view.ok_or(GltfError::Missing("buffer view", idx))?;
+        let buffer = self.buffers.get(view.buffer.value());
+        let buffer = buffer.ok_or(GltfError::Missing("buffer", view.buffer.value()))?;
+        let start = view.byte_offset.unwrap_or_default().0;
+        let end = start.saturating_add(view.byte_length.0);
+        let range = usize::try_from(start).ok().zip(usize::try_from(end).ok());
+        let bytes = range.and_then(|(start, end)| buffer.bytes.get(start..end));
+        match bytes {
+            Some(bytes) => Ok((bytes, view.byte_stride.map(|stride| stride.0))),
+            None => Err(GltfError::Buffer {
+                buffer: view.buffer.value(),
+                reason: format!("buffer view {idx} reaches beyond it"),
+            }),
+        }
+    }
+}
+
+fn fault(accessor: usize, reason: &str) -> GltfError {
+    GltfError::Accessor {
+        accessor,
+        reason: reason.into(),
+    }
+}
+
+fn component(idx: usize, accessor: &Accessor) -> Result<ComponentType, GltfError> {
+    match accessor.component_type {
+        Checked::Valid(component) => Ok(component.0),
+        Checked::Invalid => Err(fault(idx, "its components are of an unknown type")),
+    }
+}
+
+/// Decodes a number. Normalized integers are fractions of the largest one (glTF 2.0, 3.6.2.2).
+fn number(component: ComponentType, normalized: bool, bytes: &[u8]) -> f64 {
+    let (value, largest) = match (component, bytes) {
+        (ComponentType::I8, &[a]) => (a.cast_signed().into(), i8::MAX.into()),
+        (ComponentType::U8, &[a]) => (a.into(), u8::MAX.into()),
+        (ComponentType::I16, &[a, b]) => (i16::from_le_bytes([a, b]).into(), i16::MAX.into()),
+        (ComponentType::U16, &[a, b]) => (u16::from_le_bytes([a, b]).into(), u16::MAX.into()),
+        (ComponentType::U32, &[a, b, c, d]) => {
+            (u32::from_le_bytes([a, b, c, d]).into(), u32::MAX.into())
+        }
+        (ComponentType::F32, &[a, b, c, d]) => (f32::from_le_bytes([a, b, c, d]).into(), 1.0),
+        _ => unreachable!("the slice has the size of its component"),
+    };
+    match normalized {
+        true => f64::max(value / largest, -1.0),
+        false => value,
+    }
+}

@@ -1,0 +1,118 @@
+//! The triangles of glTF meshes, without the nodes that pose them.
+
+use std::collections::BTreeSet;
+
+use gltf_json::material::AlphaMode;
+use gltf_json::mesh::{Mode, Primitive, Semantic};
+use gltf_json::validation::Checked;
+
+use super::super::strip::strip;
+use super::{GltfError, GltfFile};
+
+/// The triangles of a mesh in its own frame.
+#[derive(Default)]
+pub(super) struct Shape {
+    pub positions: Vec<[f64; 3]>,
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// What of the meshes that were read so far a bake treats otherwise than a renderer.
+#[derive(Default)]
+pub(super) struct Notes {
+    transparent: BTreeSet<usize>,
+    has_morphs: bool,
+}
+
+impl Notes {
+    pub(super) fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        if !self.transparent.is_empty() {
+            warnings.push(format!(
+                "{} materials are transparent or have holes: they occlude as if they were solid",
+                self.transparent.len()
+            ));
+        }
+        if self.has_morphs {
+            warnings.push("it has morph targets: the base shape is read".into());
+        }
+        warnings
+    }
+}
+
+impl GltfFile {
+    /// Returns all triangles of a mesh. Points and lines are left out.
+    pub(super) fn shape(&self, mesh: usize, notes: &mut Notes) -> Result<Shape, GltfError> {
+        let found = self.root.meshes.get(mesh);
+        let primitives = &found.ok_or(GltfError::Missing("mesh", mesh))?.primitives;
+        let mut shape = Shape::default();
+        for primitive in primitives {
+            self.note(primitive, notes);
+            self.primitive(mesh, primitive, &mut shape)?;
+        }
+        Ok(shape)
+    }
+
+    fn note(&self, primitive: &Primitive, notes: &mut Notes) {
+        let targets = primitive.targets.as_ref();
+        notes.has_morphs |= targets.is_some_and(|targets| !targets.is_empty());
+        if let Some(idx) = primitive.material.map(|idx| idx.value())
+            && let Some(material) = self.root.materials.get(idx)
+            && material.alpha_mode != Checked::Valid(AlphaMode::Opaque)
+        {
+            notes.transparent.insert(idx);
+        }
+    }
+
+    fn primitive(
+        &self,
+        mesh: usize,
+        primitive: &Primitive,
+        shape: &mut Shape,
+    ) -> Result<(), GltfError> {
+        let fault = |reason| GltfError::Primitive { mesh, reason };
+        let Checked::Valid(mode) = primitive.mode else {
+            return Err(fault("a primitive has an unknown mode"));
+        };
+        if !matches!(
+            mode,
+            Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan
+        ) {
+            return Ok(());
+        }
+        let positions = primitive
+            .attributes
+            .get(&Checked::Valid(Semantic::Positions));
+        let positions = positions.ok_or(fault("a primitive has no positions"))?;
+        let positions = self.positions(positions.value())?;
+        let first = shape.positions.len();
+        let count = positions.len();
+        if u32::try_from(first + count).is_err() {
+            return Err(fault("it has more vertices than can be counted"));
+        }
+        let mut indices = match primitive.indices {
+            Some(idx) => self.indices(idx.value())?,
+            None => (0..count as u32).collect(),
+        };
+        if let Some(&index) = indices.iter().find(|v| **v as usize >= count) {
+            return Err(GltfError::Index { mesh, index, count });
+        }
+        indices.iter_mut().for_each(|v| *v += first as u32);
+        shape.positions.extend(positions);
+        match mode {
+            Mode::TriangleStrip => shape.triangles.extend(strip(&indices)),
+            Mode::TriangleFan => {
+                let rim = indices.get(1..).unwrap_or_default().windows(2);
+                shape
+                    .triangles
+                    .extend(rim.map(|pair| [indices[0], pair[0], pair[1]]));
+            }
+            _ => {
+                let triangles = indices.chunks_exact(3);
+                shape
+                    .triangles
+                    .extend(triangles.map(|t| [t[0], t[1], t[2]]));
+            }
+        }
+        Ok(())
+    }
+}
