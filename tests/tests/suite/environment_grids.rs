@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use aogrid_bake_core::{BakeOptions, Extent, Placement, UNOBSERVED};
+use aogrid_bake_core::{BakeOptions, Extent, Placement, Preset, UNOBSERVED};
 use aogrid_baker_cpu::RayScene;
 use aogrid_grid_format::{BoundaryMode, TexelFormat};
 use aogrid_runtime::shading::*;
@@ -14,32 +14,44 @@ use glam::DMat4;
 
 use crate::environment_light::{Errors, OccludedReceivers, diffuse, lights, options, report};
 
-/// The settings to bake a scene's grids with, without a fade, and to combine them.
+/// The settings to bake a scene's grids with, and to combine them.
 struct Settings {
     name: &'static str,
-    resolution: u32,
-    epsilon: f32,
-    format: TexelFormat,
+    preset: Preset,
+    /// Changes the preset's placement and options.
+    change: fn(&mut Placement, &mut BakeOptions),
     combine: Combine,
 }
 
-/// The default settings, and the most accurate ones.
-const SETTINGS: [Settings; 2] = [
+/// The papers' settings without a fade, the same with fine and wide grids, and the default's.
+const SETTINGS: [Settings; 3] = [
     Settings {
         name: "8 bits, 32³",
-        resolution: 32,
-        epsilon: 0.1,
-        format: TexelFormat::Unorm8,
+        preset: Preset::Paper,
+        change: |_, options| options.boundary = BoundaryMode::None,
         combine: Combine::Multiply,
     },
     Settings {
-        name: "floats, 64³",
-        resolution: 64,
-        epsilon: 0.02,
-        format: TexelFormat::F32,
+        name: FINE,
+        preset: Preset::Paper,
+        change: |placement, options| {
+            placement.resolution = [64; 3];
+            placement.extent = Extent::Epsilon(0.02);
+            options.boundary = BoundaryMode::None;
+            options.format = TexelFormat::F32;
+        },
         combine: Combine::Merge,
     },
+    Settings {
+        name: "default",
+        preset: Preset::Default,
+        change: |_, _| {},
+        combine: Combine::Mean,
+    },
 ];
+
+/// The name of the settings with fine and wide grids.
+const FINE: &str = "floats, 64³";
 
 /// Samples per receiver of the reference light, whose variance is subtracted.
 const SAMPLES: u32 = 256;
@@ -55,28 +67,25 @@ fn receivers_with_grids(name: &str, settings: &Settings) -> OccludedReceivers {
     let mut scene = aogrid_scene::load(&path, LoadOptions::default()).unwrap();
     scene.camera.as_mut().unwrap().resolution = [40, 30];
     for mesh in &mut scene.meshes {
-        let options = BakeOptions {
-            boundary: BoundaryMode::None,
-            format: settings.format,
-            ..BakeOptions::paper()
-        };
-        let placement = Placement {
-            resolution: [settings.resolution; 3],
-            extent: Extent::Epsilon(settings.epsilon),
-            snap: false,
-        };
+        let (mut placement, mut options) = (settings.preset.placement(), settings.preset.options());
+        (settings.change)(&mut placement, &mut options);
         mesh.grid = GridSource::Bake(placement, options);
     }
-    let pixels = GBuffer::trace(&scene, UNOBSERVED).unwrap().receivers();
-    let receivers: Vec<_> = pixels.into_iter().map(|(_, receiver)| receiver).collect();
+    let gbuffer = GBuffer::trace(&scene, UNOBSERVED).unwrap();
+    let (pixels, receivers): (Vec<_>, Vec<_>) = gbuffer.receivers().into_iter().unzip();
+    let ids: Vec<u32> = pixels.into_iter().map(|pixel| gbuffer.ids[pixel]).collect();
     OccludedReceivers {
-        combined: combined_occlusion(&scene, &receivers, settings.combine),
+        combined: combined_occlusion(&scene, (&receivers, &ids), settings.combine),
         receivers,
         occluder: RayScene::new(&scene.flattened(|i| i.casts).unwrap().unwrap()),
     }
 }
 
-fn combined_occlusion(scene: &Scene, receivers: &[Receiver], combine: Combine) -> Vec<[f32; 4]> {
+fn combined_occlusion(
+    scene: &Scene,
+    (receivers, ids): (&[Receiver], &[u32]),
+    combine: Combine,
+) -> Vec<[f32; 4]> {
     let grids = Grids::new().resolve(scene, UNOBSERVED).unwrap();
     let clip = CpuTexture::clip_table();
     let overlaps = CpuTexture::intersection_table();
@@ -87,9 +96,12 @@ fn combined_occlusion(scene: &Scene, receivers: &[Receiver], combine: Combine) -
         let instance_at = Instance::at(world_from_object.to_cols_array_2d());
         let occluder = AogridOccluder::new(grid, &instance_at).unwrap();
         let texture = CpuTexture::of_grid(grid);
-        for (receiver, sum) in receivers.iter().zip(&mut combined) {
+        for ((receiver, &id), sum) in receivers.iter().zip(ids).zip(&mut combined) {
             let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
-            let lookup = aogrid_lookup(&occluder, p);
+            let lookup = match id == instance.id {
+                true => aogrid_lookup_on_itself(&occluder, p, n),
+                false => aogrid_lookup(&occluder, p),
+            };
             if lookup.is_reached {
                 let one = aogrid_cone_with_axis_at(&occluder, &texture, &clip, lookup, n);
                 *sum = match combine {
@@ -166,7 +178,7 @@ fn errors_of_scenes_lit_through_their_grids_are_bounded() {
                 for (sums, errors) in sums.iter_mut().zip([by_grid, by_reference]) {
                     (0..3).for_each(|k| sums[k] += (errors[k] / errors[1]).powi(2));
                 }
-                if light.name == "gradient" && settings.format == TexelFormat::F32 {
+                if light.name == "gradient" && settings.name == FINE {
                     assert!(
                         by_reference[0] < limit * by_reference[1],
                         "{scene}: {by_reference:?}"

@@ -42,6 +42,8 @@ mod meshes;
 mod node;
 /// The direction sweep against rays.
 mod parity;
+/// Presets: the frozen papers, the default's shadows.
+mod presets;
 /// Receivers' values from an independent program.
 mod reference;
 /// Scene files, cameras, G-buffers.
