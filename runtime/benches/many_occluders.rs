@@ -1,5 +1,6 @@
 //! Measures the cost of many occluders by raster and in tiles, and shows that it depends neither on
-//! the occluders' triangle counts nor on the scene's (RR-5779, figure 14). Prints two tables.
+//! the occluders' triangle counts nor on the scene's (RR-5779, figure 14), and what far fields add.
+//! Prints three tables.
 //!
 //! ```sh
 //! cargo bench -p aogrid-runtime --bench many_occluders
@@ -83,6 +84,41 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mesh = floor(cells)?;
         let name = format!("{} triangles of scene", mesh.triangles().len());
         compare(&gpu, &name, &gbuffer(&gpu, &mesh), &grids)?;
+    }
+    far_fields(&gpu, &flat)
+}
+
+/// Compares the papers' boxes with far fields that end at several thresholds.
+fn far_fields(gpu: &Gpu, views: &Views) -> Result<(), Box<dyn Error>> {
+    let [paper, default] = [Preset::Paper, Preset::Default].map(|preset| {
+        let baked = |model: Model| grid_by(preset, &model.mesh(None)?);
+        Ok::<_, Box<dyn Error>>([baked(Model::Table)?, baked(Model::Torus)?])
+    });
+    let (paper, default) = (paper?, default?);
+    println!("\nmilliseconds of 1000 occluders by far field, as above");
+    let rows = [
+        ("paper, no far field", &paper, 0.0),
+        ("default, no far field", &default, 0.0),
+        ("default, 10 %", &default, 0.1),
+        ("default, 6 %", &default, 0.06),
+        ("default, 3.5 %", &default, 0.035),
+        ("default, 2 %", &default, 0.02),
+    ];
+    for (name, grids, threshold) in rows {
+        let mut occluders = crowd(1000);
+        for (_, instance) in &mut occluders {
+            instance.far_field = Some(threshold);
+        }
+        let workload = Workload {
+            gpu,
+            views,
+            grids,
+            occluders: &occluders,
+        };
+        let [multiply, tiled_multiply, merge, tiled_merge] = workload.measure()?;
+        println!(
+            "{name:>28} {multiply:>8.2} {tiled_multiply:>8.2} {merge:>8.2} {tiled_merge:>8.2}"
+        );
     }
     Ok(())
 }
@@ -328,7 +364,11 @@ fn floor(cells: u32) -> Result<TriangleMesh, Box<dyn Error>> {
 }
 
 fn grid(mesh: &TriangleMesh) -> Result<Grid, Box<dyn Error>> {
-    let (placement, options) = (Preset::Default.placement(), Preset::Default.options());
+    grid_by(Preset::Default, mesh)
+}
+
+fn grid_by(preset: Preset, mesh: &TriangleMesh) -> Result<Grid, Box<dyn Error>> {
+    let (placement, options) = (preset.placement(), preset.options());
     let source = Source {
         name: "sample".into(),
         part: None,
