@@ -1,5 +1,5 @@
 //! Measures the cost of the raster pass per pixel that its boxes cover, and the savings of a depth
-//! test. Prints a table.
+//! test; counts the pixels that far fields add; compares the costs of a look-up. Prints three tables.
 //!
 //! ```sh
 //! cargo bench -p aogrid-runtime --bench covered_pixels
@@ -11,7 +11,7 @@
 use std::time::Instant;
 
 use aogrid_gpu_support::{Gpu, attachment, gpu, read_only_depth};
-use aogrid_grid_format::{Grid, TexelFormat};
+use aogrid_grid_format::{Encoding, Grid, GridSpec, TexelFormat};
 use aogrid_runtime::shading::{aogrid_grid_position, aogrid_lookup};
 use aogrid_runtime::{
     AogridOccluder, DepthTest, Frame, GBufferFormat, GBufferViews, GridTexture, Instance, Mode,
@@ -40,19 +40,77 @@ const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
 fn main() {
     let Some(gpu) = gpu() else { return };
     let grid = grids::faded_ball(TexelFormat::Unorm8);
-    let texture = GridTexture::new(&gpu.device, &gpu.queue, &grid, "ball").expect("it fits");
     let buffer = floor();
     println!("{OCCLUDERS} occluders, {} x {} pixels", SIZE[0], SIZE[1]);
     println!("   scale  covered   inside      ms  ns a covered pixel   with depth test");
     for scale in SCALES {
-        let instances = ring(scale);
+        let instances = ring(OCCLUDERS, scale, 0.0);
         let [covered, inside] = cover(&grid, &instances, &buffer);
-        let [plain, tested] = times(&gpu, &texture, &instances, &buffer);
+        let [plain, tested] = times(&gpu, &[(&grid, &instances)], &buffer)[0];
         println!(
             "{scale:>8} {covered:>8} {:>7.0}% {plain:>7.2} {:>19.1} {:>16.2}x",
             100.0 * inside as f64 / covered as f64,
             1e6 * plain / covered as f64,
             tested / plain
+        );
+    }
+    far_fields(&gpu, &buffer);
+}
+
+/// Counts the pixels that far fields add to the papers' boxes, and compares the costs of a look-up.
+fn far_fields(gpu: &Gpu, buffer: &Buffer) {
+    // The papers' and the default preset's boxes, at epsilon 0.1 and 0.8.
+    let spec = |epsilon: f32| {
+        let half_extent = grids::RADIUS * (1.0 + (std::f32::consts::PI * epsilon).sqrt().recip());
+        GridSpec::new([32; 3], [0.0; 3], [half_extent; 3]).expect("a box")
+    };
+    let format = TexelFormat::Unorm8;
+    let paper = grids::faded_ball_in(spec(0.1), format);
+    let default = grids::ball_in(spec(0.8), Encoding::Moment, format);
+    println!("\npixels covered and reached, relative to the papers' boxes");
+    println!("threshold    reach      1 object     16 objects    200 objects");
+    for threshold in [0.0, 0.01, 0.02, 0.03, 0.035, 0.04, 0.06, 0.1] {
+        let ratios = [(1, 0.5), (16, 0.5), (200, 0.2)].map(|(count, scale)| {
+            let instances = ring(count, scale, threshold);
+            let [covered, reached] = cover(&default, &instances, buffer);
+            let [all, inside] = cover(&paper, &instances, buffer);
+            [covered as f64 / all as f64, reached as f64 / inside as f64]
+        });
+        let occluder =
+            AogridOccluder::new(&default, &ring(1, 1.0, threshold)[0]).expect("it stands");
+        let cells = ratios.map(|[covered, reached]| format!("  {covered:>5.2} {reached:>5.2}"));
+        println!(
+            "{threshold:>9} {:>8.2}  {}",
+            occluder.reach,
+            cells.join("  ")
+        );
+    }
+    // Boxes so large that every pixel looks them up.
+    let wide = GridSpec::new([32; 3], [0.0; 3], [60.0; 3]).expect("a box");
+    let narrow = GridSpec::new([32; 3], [0.0; 3], [0.6; 3]).expect("a box");
+    let cone = grids::ball_in(wide, Encoding::Cone, format);
+    let moment = grids::ball_in(wide, Encoding::Moment, format);
+    let far = grids::ball_in(narrow, Encoding::Moment, format);
+    let [boxed, distant] = [0.0, 1e-4].map(|threshold| ring(OCCLUDERS, 0.6, threshold));
+    let kinds = [(&cone, &boxed), (&moment, &boxed), (&far, &distant)];
+    let shares = kinds.map(|(grid, instances)| {
+        let [covered, reached] = cover(grid, instances, buffer);
+        100.0 * reached as f64 / covered as f64
+    });
+    let times = times(
+        gpu,
+        &kinds.map(|(grid, instances)| (grid, &instances[..])),
+        buffer,
+    );
+    println!("\ntime of a look-up relative to hard cones, and the share of pixels that look up");
+    for (idx, name) in ["hard cones", "soft cones", "far fields"]
+        .iter()
+        .enumerate()
+    {
+        println!(
+            "{name:>12} {:>6.2} {:>6.0}%",
+            times[idx][0] / times[0][0],
+            shares[idx]
         );
     }
 }
@@ -98,8 +156,8 @@ fn floor() -> Buffer {
     buffer
 }
 
-/// Returns objects on the floor, each with another rotation.
-fn ring(scale: f32) -> Vec<Instance> {
+/// Returns objects on the floor, each with another rotation, whose far fields end at a threshold.
+fn ring(count: usize, scale: f32, threshold: f32) -> Vec<Instance> {
     let world_from_object = |idx: usize| {
         let angle = idx as f32 * 2.4;
         let distance = 0.45 * (idx as f32 + 0.5).sqrt();
@@ -111,9 +169,12 @@ fn ring(scale: f32) -> Vec<Instance> {
         let rotation = Quat::from_rotation_y(angle);
         let world_from_object =
             Mat4::from_scale_rotation_translation(Vec3::splat(scale), rotation, position);
-        Instance::at(world_from_object.to_cols_array_2d())
+        Instance {
+            far_field: Some(threshold),
+            ..Instance::at(world_from_object.to_cols_array_2d())
+        }
     };
-    (0..OCCLUDERS).map(world_from_object).collect()
+    (0..count).map(world_from_object).collect()
 }
 
 /// Returns the number of pixels that the back faces of the boxes cover, counted for each box, and
@@ -145,8 +206,9 @@ fn meets_box(occluder: &AogridOccluder, from: Vec3, direction: Vec3) -> bool {
     enter <= leave && leave > 0.0
 }
 
-/// Returns the median milliseconds without and with a depth test.
-fn times(gpu: &Gpu, grid: &GridTexture, instances: &[Instance], buffer: &Buffer) -> [f64; 2] {
+/// Returns the median milliseconds without and with a depth test for each grid and its instances,
+/// which take turns.
+fn times(gpu: &Gpu, kinds: &[(&Grid, &[Instance])], buffer: &Buffer) -> Vec<[f64; 2]> {
     let floats = wgpu::TextureFormat::Rgba32Float;
     let up = vec![[0.0_f32, 1.0, 0.0, 0.0]; buffer.positions.len()];
     let positions = gpu.upload(SIZE, floats, bytemuck::cast_slice(&buffer.positions));
@@ -156,35 +218,42 @@ fn times(gpu: &Gpu, grid: &GridTexture, instances: &[Instance], buffer: &Buffer)
     let depth = depth.create_view(&Default::default());
     let target = gpu.target(SIZE, TARGET);
     let target = target.create_view(&Default::default());
-    let occluders: Vec<_> = instances.iter().map(|instance| (grid, *instance)).collect();
-    let frame = Frame {
-        gbuffer: GBufferViews {
-            clip_from_world: clip_from_world().to_cols_array_2d(),
-            positions: &positions,
-            normals: Some(&normals),
-            receivers: None,
-        },
-        occluders: &occluders,
+    let prepared = |(grid, instances): &(&Grid, &[Instance])| {
+        let texture = GridTexture::new(&gpu.device, &gpu.queue, grid, "ball").expect("it fits");
+        let occluders: Vec<_> = instances.iter().map(|i| (&texture, *i)).collect();
+        let frame = Frame {
+            gbuffer: GBufferViews {
+                clip_from_world: clip_from_world().to_cols_array_2d(),
+                positions: &positions,
+                normals: Some(&normals),
+                receivers: None,
+            },
+            occluders: &occluders,
+        };
+        [None, Some(DEPTH)].map(|format| {
+            let mut pass = pass(gpu, format);
+            let prepared = pass.prepare(&gpu.device, &gpu.queue, &frame);
+            prepared.expect("the frame is whole");
+            pass
+        })
     };
-    let passes = [None, Some(DEPTH)].map(|format| {
-        let mut pass = pass(gpu, format);
-        let prepared = pass.prepare(&gpu.device, &gpu.queue, &frame);
-        prepared.expect("the frame is whole");
-        pass
-    });
-    let mut times = [vec![], vec![]];
+    let passes: Vec<_> = kinds.iter().map(prepared).collect();
+    let mut times = vec![[const { vec![] }; 2]; kinds.len()];
     for round in 0..=ROUNDS {
-        for (idx, pass) in passes.iter().enumerate() {
-            let time = time(gpu, pass, &target, (idx == 1).then_some(&depth));
-            if round > 0 {
-                times[idx].push(time);
+        for (passes, times) in passes.iter().zip(&mut times) {
+            for (idx, pass) in passes.iter().enumerate() {
+                let time = time(gpu, pass, &target, (idx == 1).then_some(&depth));
+                if round > 0 {
+                    times[idx].push(time);
+                }
             }
         }
     }
-    times.map(|mut times| {
+    let median = |mut times: Vec<f64>| {
         times.sort_by(f64::total_cmp);
         times[ROUNDS / 2]
-    })
+    };
+    times.into_iter().map(|both| both.map(median)).collect()
 }
 
 fn pass(gpu: &Gpu, depth: Option<wgpu::TextureFormat>) -> OcclusionPass {

@@ -1,5 +1,6 @@
 //! Measures the cost of many occluders by raster and in tiles, and shows that it depends neither on
-//! the occluders' triangle counts nor on the scene's (RR-5779, figure 14). Prints two tables.
+//! the occluders' triangle counts nor on the scene's (RR-5779, figure 14), and what far fields add.
+//! Prints three tables.
 //!
 //! ```sh
 //! cargo bench -p aogrid-runtime --bench many_occluders
@@ -32,6 +33,9 @@ const FLOOR: f32 = 4.0;
 
 /// Measured rounds, after one that warms up; medians are reported.
 const ROUNDS: usize = 9;
+
+/// The same for a thousand far fields, which take seconds each.
+const FAR_ROUNDS: usize = 3;
 
 const OCCLUDER_COUNTS: [usize; 5] = [1, 10, 40, 200, 1000];
 
@@ -83,6 +87,39 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mesh = floor(cells)?;
         let name = format!("{} triangles of scene", mesh.triangles().len());
         compare(&gpu, &name, &gbuffer(&gpu, &mesh), &grids)?;
+    }
+    far_fields(&gpu, &flat)
+}
+
+/// Compares the papers' boxes with far fields that end at several thresholds.
+fn far_fields(gpu: &Gpu, views: &Views) -> Result<(), Box<dyn Error>> {
+    let [paper, default] = [Preset::Paper, Preset::Default].map(|preset| {
+        let baked = |model: Model| grid_by(preset, &model.mesh(None)?);
+        Ok::<_, Box<dyn Error>>([baked(Model::Table)?, baked(Model::Torus)?])
+    });
+    let (paper, default) = (paper?, default?);
+    println!("\nmilliseconds of 1000 occluders in tiles by far field, multiplied and merged");
+    let rows = [
+        ("paper, no far field", &paper, 0.0),
+        ("default, no far field", &default, 0.0),
+        ("default, 10 %", &default, 0.1),
+        ("default, 6 %", &default, 0.06),
+        ("default, 3.5 %", &default, 0.035),
+        ("default, 2 %", &default, 0.02),
+    ];
+    for (name, grids, threshold) in rows {
+        let mut occluders = crowd(1000);
+        for (_, instance) in &mut occluders {
+            instance.far_field = Some(threshold);
+        }
+        let workload = Workload {
+            gpu,
+            views,
+            grids,
+            occluders: &occluders,
+        };
+        let [multiplied, merged] = workload.measure_tiles()?;
+        println!("{name:>28} {multiplied:>8.2} {merged:>8.2}");
     }
     Ok(())
 }
@@ -161,6 +198,20 @@ impl Workload<'_> {
             after_warm_up.sort_by(f64::total_cmp);
             after_warm_up[ROUNDS / 2]
         }))
+    }
+
+    /// Returns median milliseconds in tiles, multiplied and merged.
+    fn measure_tiles(&self) -> Result<[f64; 2], Box<dyn Error>> {
+        let mut medians = [0.0; 2];
+        for (median, combine) in medians.iter_mut().zip([Combine::Multiply, Combine::Merge]) {
+            let pass = self.tiled_pass(combine)?;
+            let run = || time(self.gpu, |encoder| dispatch(encoder, &pass));
+            run();
+            let mut times: Vec<_> = (0..FAR_ROUNDS).map(|_| run()).collect();
+            times.sort_by(f64::total_cmp);
+            *median = times[FAR_ROUNDS / 2];
+        }
+        Ok(medians)
     }
 
     fn occlusion_pass(&self) -> Result<OcclusionPass, Box<dyn Error>> {
@@ -328,7 +379,11 @@ fn floor(cells: u32) -> Result<TriangleMesh, Box<dyn Error>> {
 }
 
 fn grid(mesh: &TriangleMesh) -> Result<Grid, Box<dyn Error>> {
-    let (placement, options) = (Preset::Default.placement(), Preset::Default.options());
+    grid_by(Preset::Default, mesh)
+}
+
+fn grid_by(preset: Preset, mesh: &TriangleMesh) -> Result<Grid, Box<dyn Error>> {
+    let (placement, options) = (preset.placement(), preset.options());
     let source = Source {
         name: "sample".into(),
         part: None,

@@ -30,8 +30,9 @@ struct AogridOccluder {
     reach: f32,
     /// The box's center in world space.
     center: vec3f,
-    /// 1 if the grid stores the root of a, 0 if it stores a.
-    stores_root: f32,
+    /// a is alpha times alpha, or times this if it is larger: 0 if the grid stores the root of a, 1 if
+    /// it stores a.
+    min_factor: f32,
     /// The cells along each axis over the distance along its normal, in cells, at which a receiver
     /// on the occluder itself looks up the grid.
     per_step: vec3f,

@@ -108,8 +108,8 @@ pub struct AogridOccluder {
     pub reach: f32,
     /// The box's center in world space.
     pub center: [f32; 3],
-    /// 1 if the grid stores √a, 0 if it stores a.
-    pub stores_root: f32,
+    /// a is α times α, or times this if it is larger: 0 if the grid stores √a, 1 if it stores a.
+    pub min_factor: f32,
     /// The cells along each axis over the distance along its normal, in cells, at which a receiver on
     /// the occluder itself looks up the grid.
     pub per_step: [f32; 3],
@@ -163,7 +163,7 @@ impl AogridOccluder {
                 .to_array(),
             reach: reach.unwrap_or(1.0) as f32,
             center: center.to_array(),
-            stores_root: flag(is_moment),
+            min_factor: flag(!is_moment),
             per_step: spec
                 .resolution()
                 .map(|n| n as f32 / facts.self_offset.max(MIN_SELF_OFFSET)),

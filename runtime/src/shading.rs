@@ -179,7 +179,7 @@ pub fn aogrid_cone_of(
         axis = aogrid_distant_axis(axis, lookup);
     }
     let a = aogrid_fraction(occluder, alpha, lookup);
-    let widened = ((a - 1.0) * length + 1.0).max(a);
+    let widened = (a - 1.0) * length + 1.0;
     AogridCone {
         axis,
         fraction: widened,
@@ -189,7 +189,7 @@ pub fn aogrid_cone_of(
 
 /// The occluded fraction of the sphere from a texel's alpha at a look-up.
 pub fn aogrid_fraction(occluder: &AogridOccluder, alpha: f32, lookup: AogridLookup) -> f32 {
-    let a = alpha * (occluder.stores_root * (alpha - 1.0) + 1.0);
+    let a = alpha * alpha.max(occluder.min_factor);
     match lookup.distance > 1.0 {
         true => aogrid_distant_fraction(a, aogrid_remainder(occluder, lookup.distance)),
         false => a,

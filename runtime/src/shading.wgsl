@@ -128,13 +128,13 @@ fn aogrid_cone_of(occluder: AogridOccluder, texel: vec4f, lookup: AogridLookup) 
         axis = aogrid_distant_axis(axis, lookup);
     }
     let a = aogrid_fraction(occluder, texel.a, lookup);
-    let widened = max(fma(a - 1.0, length, 1.0), a);
+    let widened = fma(a - 1.0, length, 1.0);
     return AogridCone(axis, widened, a / max(widened, AOGRID_FRACTION_EPSILON));
 }
 
 /// The occluded fraction of the sphere from a texel's alpha at a look-up.
 fn aogrid_fraction(occluder: AogridOccluder, alpha: f32, lookup: AogridLookup) -> f32 {
-    let a = alpha * fma(occluder.stores_root, alpha - 1.0, 1.0);
+    let a = alpha * max(alpha, occluder.min_factor);
     if lookup.distance > 1.0 {
         return aogrid_distant_fraction(a, aogrid_remainder(occluder, lookup.distance));
     }

@@ -20,6 +20,20 @@ fn in_your_own_shader(
     return color;
 }
 
+fn on_itself(
+    object_id: u32, occluder: AogridOccluder, world_position: vec3f, unit_normal: vec3f, before: f32,
+) -> f32 {
+    var t = before;
+    // docs/runtime.md, "An object on itself":
+    if aogrid_is_on_itself(occluder, object_id) {
+        t *= aogrid_cone_on_itself(occluder, grid, table, linear_clamp, world_position, unit_normal);
+    } else {
+        t *= aogrid_cone(occluder, grid, table, linear_clamp, world_position, unit_normal);
+    }
+    // End.
+    return t;
+}
+
 fn forward_and_transparent_surfaces(
     pixel: vec4f, position: vec3f, normal: vec3f, object: vec2u, ambient: vec3f, direct: vec3f,
 ) -> vec3f {

@@ -161,7 +161,7 @@ fn the_occluder_has_the_same_layout_in_rust_and_wgsl() {
         ("per_hull", offset_of!(AogridOccluder, per_hull)),
         ("reach", offset_of!(AogridOccluder, reach)),
         ("center", offset_of!(AogridOccluder, center)),
-        ("stores_root", offset_of!(AogridOccluder, stores_root)),
+        ("min_factor", offset_of!(AogridOccluder, min_factor)),
         ("per_step", offset_of!(AogridOccluder, per_step)),
         ("fade_scale", offset_of!(AogridOccluder, fade_scale)),
     ];
