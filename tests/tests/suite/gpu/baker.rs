@@ -1,7 +1,7 @@
 use std::ops::ControlFlow;
 
+use aogrid_bake_core::Classification;
 use aogrid_bake_core::models::Model;
-use aogrid_bake_core::post::Classification;
 use aogrid_bake_core::{
     Algorithm, BakeOptions, PipelineError, Placement, PlanError, Preset, Progress, RawGrid,
     RayFallbackReason, UNOBSERVED, bake_grid, post,
