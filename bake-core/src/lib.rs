@@ -55,4 +55,4 @@ pub use options::{BakeOptions, OptionsError};
 pub use placement::{Extent, Placement, PlacementError};
 pub use prepared::{PrepareError, PreparedMesh};
 pub use raw_grid::{Moments, RawGrid};
-pub use warnings::warnings;
+pub use warnings::{mesh_warnings, warnings};

@@ -106,7 +106,17 @@ pub(super) fn parse(file: &[u8]) -> Result<Parsed, PlyError> {
     if let Some(idx) = positions.iter().position(|p| !finite(p)) {
         return Err(PlyError::Vertex(idx));
     }
-    triangulated(&positions, &polygons, &strips)
+    let parsed = triangulated(&positions, &polygons, &strips)?;
+    let is_single = header.elements.get("vertex").is_some_and(|vertex| {
+        let mut coordinates = ["x", "y", "z"]
+            .iter()
+            .filter_map(|x| vertex.properties.get(*x));
+        coordinates.any(|x| x.data_type == PropertyType::Scalar(ScalarType::Float))
+    });
+    Ok(match is_single {
+        true => parsed.from_singles(&positions),
+        false => parsed,
+    })
 }
 
 fn triangulated(

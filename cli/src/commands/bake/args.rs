@@ -73,6 +73,9 @@ pub(crate) struct Args {
     /// End at the first model or part that fails, instead of going on with the rest
     #[arg(long)]
     pub fail_fast: bool,
+    /// Refuse what needs more memory than this, such as 900M or 2G [default: what is free]
+    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    pub max_memory: Option<u64>,
     /// Bake outputs that are up to date, too
     #[arg(long)]
     pub force: bool,
@@ -304,6 +307,21 @@ fn positive(text: &str) -> Result<f32, String> {
     }
 }
 
+/// Parses a number of bytes with an optional K, M or G behind it, powers of 1024.
+fn bytes(text: &str) -> Result<u64, String> {
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let shift = match text[digits.len()..].to_ascii_uppercase().as_str() {
+        "" => 0,
+        "K" => 10,
+        "M" => 20,
+        "G" => 30,
+        _ => return Err("its unit must be K, M or G".into()),
+    };
+    let number = digits.parse::<u64>().ok();
+    let bytes = number.and_then(|n| n.checked_mul(1 << shift));
+    bytes.ok_or_else(|| "it must be a whole number, as in 900M".into())
+}
+
 fn in_range(text: &str, range: std::ops::RangeInclusive<u32>) -> Result<u32, String> {
     match text.parse() {
         Ok(n) if range.contains(&n) => Ok(n),
@@ -339,6 +357,16 @@ mod tests {
             "32x",
         ] {
             assert!(resolution(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn bytes_have_units() {
+        assert_eq!(bytes("7"), Ok(7));
+        assert_eq!(bytes("900m"), Ok(900 << 20));
+        assert_eq!(bytes("2G"), Ok(2 << 30));
+        for wrong in ["", "G", "1.5G", "1T", "-1", "99999999999G"] {
+            assert!(bytes(wrong).is_err(), "{wrong}");
         }
     }
 

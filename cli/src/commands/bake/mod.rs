@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use anyhow::Context;
 use aogrid_bake_core::mesh::{LoadedMesh, MeshFile, MeshReport, PartMesh};
-use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, post, warnings};
+use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh, mesh_warnings, post, warnings};
 use aogrid_grid_format::{GridSpec, Source};
 
 pub(crate) use args::Args;
@@ -20,7 +20,7 @@ use report::{BackendReport, Baked, Outcome, Outputs, Times};
 
 use crate::backend::Backend;
 use crate::console::Console;
-use crate::{interrupt, output};
+use crate::{interrupt, memory, output};
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let options = args.options().unwrap_or_else(|usage| usage.exit());
@@ -160,11 +160,18 @@ impl Batch<'_> {
             .placement
             .place(&mesh.bounds())
             .with_context(|| job.title.clone())?;
+        let texel_bytes = self.options.encoding.channels() * self.options.format.channel_bytes();
+        let algorithm = self.args.shared.algorithm();
+        let needed = memory::needed(mesh, &spec, texel_bytes, algorithm);
+        memory::check(needed, self.args.max_memory).with_context(|| job.title.clone())?;
         let report = MeshReport::new(mesh);
         let outcome = match self.args.dry_run {
-            true => Outcome::dry_run(job, &report, &spec),
+            true => Outcome::dry_run(job, &report, &spec, needed),
             false => {
                 output::check(&job.out)?;
+                for warning in mesh_warnings(mesh, &spec, loaded.rounding) {
+                    self.console.warning(&format!("{}: {warning}", job.title));
+                }
                 let baked = self.bake(job, loaded, mesh, spec, report, load_s)?;
                 for warning in warnings(&baked.grid, &baked.report) {
                     self.console.warning(&format!("{}: {warning}", job.title));
