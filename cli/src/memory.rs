@@ -59,6 +59,21 @@ pub(crate) fn check(needed: u64, max: Option<u64>) -> anyhow::Result<()> {
     }
 }
 
+/// Parses a number of bytes with an optional K, M or G behind it, powers of 1024.
+pub(crate) fn bytes(text: &str) -> Result<u64, String> {
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let shift = match text[digits.len()..].to_ascii_uppercase().as_str() {
+        "" => 0,
+        "K" => 10,
+        "M" => 20,
+        "G" => 30,
+        _ => return Err("its unit must be K, M or G".into()),
+    };
+    let number = digits.parse::<u64>().ok();
+    let bytes = number.and_then(|n| n.checked_mul(1 << shift));
+    bytes.ok_or_else(|| "it must be a whole number, as in 900M".into())
+}
+
 /// Returns the bytes in a unit that leaves few digits.
 pub(crate) fn shown(bytes: u64) -> String {
     match bytes as f64 / f64::from(1 << 20) {
@@ -107,5 +122,15 @@ mod tests {
             assert!(error.contains("--max-memory"), "{error}");
         }
         assert!(check(1, None).is_ok());
+    }
+
+    #[test]
+    fn bytes_have_units() {
+        assert_eq!(bytes("7"), Ok(7));
+        assert_eq!(bytes("900m"), Ok(900 << 20));
+        assert_eq!(bytes("2G"), Ok(2 << 30));
+        for wrong in ["", "G", "1.5G", "1T", "-1", "99999999999G"] {
+            assert!(bytes(wrong).is_err(), "{wrong}");
+        }
     }
 }

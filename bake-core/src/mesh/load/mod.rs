@@ -118,8 +118,8 @@ impl Parsed {
         }
     }
 
-    /// Returns the same mesh from a file that holds `positions` as single floats.
-    fn from_singles(self, positions: &[[f64; 3]]) -> Self {
+    /// Returns the same with the rounding of a file that holds `positions` as single floats.
+    fn with_rounding_of(self, positions: &[[f64; 3]]) -> Self {
         Self {
             rounding: single_rounding(positions),
             ..self

@@ -114,7 +114,7 @@ pub(super) fn parse(file: &[u8]) -> Result<Parsed, PlyError> {
         coordinates.any(|x| x.data_type == PropertyType::Scalar(ScalarType::Float))
     });
     Ok(match is_single {
-        true => parsed.from_singles(&positions),
+        true => parsed.with_rounding_of(&positions),
         false => parsed,
     })
 }

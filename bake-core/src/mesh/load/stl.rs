@@ -82,7 +82,7 @@ pub(super) fn parse(file: &[u8]) -> Result<Parsed, StlError> {
     let parsed = Parsed::new(mesh, vec![]);
     Ok(match is_ascii {
         true => parsed,
-        false => parsed.from_singles(&positions),
+        false => parsed.with_rounding_of(&positions),
     })
 }
 

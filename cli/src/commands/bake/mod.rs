@@ -1,6 +1,7 @@
 //! `bake`: grid files from models.
 
 mod args;
+mod inputs;
 mod jobs;
 mod parts;
 mod report;
@@ -15,6 +16,7 @@ use aogrid_grid_format::{GridSpec, Source};
 
 pub(crate) use args::Args;
 pub use args::{SharedArgs, face_size, resolution};
+use inputs::Inputs;
 use jobs::{Job, Jobs};
 use report::{BackendReport, Baked, Outcome, Outputs, Times};
 
@@ -26,18 +28,26 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let options = args.options().unwrap_or_else(|usage| usage.exit());
     let request = args.shared.backend().unwrap_or_else(|usage| usage.exit());
     let placement = args.placement();
+    let inputs = Inputs::new(&args.models, args.items.as_deref(), args.shard)?;
+    if args.list {
+        for (number, model) in inputs.chosen() {
+            console.result(&format!("{number} {}", model.display()));
+        }
+        return Ok(());
+    }
     use_threads(args.shared.threads)?;
     interrupt::listen();
     let mut batch = Batch {
         args,
         console,
-        jobs: Jobs::new(args)?,
+        jobs: Jobs::new(args, &inputs)?,
+        is_single: !inputs.are_several && !args.parts,
         backend: Backend::new(request, args.shared.algorithm()),
         placement: &placement,
         options: &options,
         outputs: Outputs::default(),
     };
-    for model in &args.models {
+    for (_, model) in inputs.chosen() {
         if let Err(error) = batch.model(model) {
             batch.fail(&model.display().to_string(), error)?;
         }
@@ -56,6 +66,8 @@ struct Batch<'a> {
     args: &'a Args,
     console: &'a Console,
     jobs: Jobs<'a>,
+    /// Whether one grid is all that there is to bake.
+    is_single: bool,
     backend: Backend,
     placement: &'a Placement,
     options: &'a BakeOptions,
@@ -130,8 +142,8 @@ impl Batch<'_> {
         if self.args.fail_fast || interrupt::requested() {
             return Err(error);
         }
-        let is_only = self.args.models.len() == 1 && !self.args.parts;
-        self.outputs.fail(title, error, is_only, self.console);
+        self.outputs
+            .fail(title, error, self.is_single, self.console);
         Ok(())
     }
 
