@@ -105,7 +105,9 @@ impl<'a> Walk<'a> {
     /// Poses a root node and all below it.
     fn tree(&mut self, root: usize) -> Result<(), GltfError> {
         if self.visited[root] {
-            // It is in the scene already, below its parent.
+            self.warnings.push(format!(
+                "node {root} is in its scene and below another node: it is read once"
+            ));
             return Ok(());
         }
         // An explicit stack: nodes may be nested deeper than the thread's stack.

@@ -284,6 +284,13 @@ fn what_is_read_otherwise_is_said() {
     warning(scenes, "2 scenes");
     let unbounded = plain().replace("/accessors/0/min", "null");
     warning(unbounded, "not valid glTF (meshes[0].primitives[0]");
+    let outside = plain().replace("/accessors/0/max", "[0.5, 1, 0.5]");
+    warning(outside, "own bounds");
+    let listed = File::new(r#"[{"children": [1]}, {"mesh": 0}]"#);
+    warning(listed.replace("/scenes/0/nodes", "[1, 0]"), "read once");
+    let mut odd = plain();
+    odd.buffer.push(0);
+    warning(odd, "multiple of four");
     let hidden = r#"[{"children": [1, 2]}, {"mesh": 0},
         {"mesh": 0, "extensions": {"KHR_node_visibility": {"visible": false}}}]"#;
     assert_eq!(warning(File::new(hidden), "hidden").mesh.parts().len(), 1);
