@@ -291,6 +291,28 @@ impl From<&LoadedMesh> for Source {
     }
 }
 
+/// Loads every file that differs from `bytes` in one byte or is cut off, which must give a mesh or an
+/// error.
+#[cfg(test)]
+fn load_all_broken(name: &str, bytes: &[u8]) {
+    assert!(LoadedMesh::from_bytes(name, bytes.to_vec(), &|_| unreachable!()).is_ok());
+    let load = |bytes: &[u8]| {
+        let missing = |_: &str| Err(io::Error::from(io::ErrorKind::NotFound));
+        // Most are errors; those that are not are meshes, which are valid.
+        let _ = LoadedMesh::from_bytes(name, bytes.to_vec(), &missing);
+    };
+    for at in 0..bytes.len() {
+        load(&bytes[..at]);
+        for byte in [
+            0, 1, 0x7F, 0x80, 0xFF, b'-', b'9', b'e', b' ', b'\n', b'"', b']',
+        ] {
+            let mut broken = bytes.to_vec();
+            broken[at] = byte;
+            load(&broken);
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

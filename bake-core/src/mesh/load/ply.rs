@@ -353,4 +353,11 @@ mod tests {
             assert!(matches!(error(many.as_bytes()), PlyError::Count { .. }));
         }
     }
+
+    #[test]
+    fn broken_files_give_a_mesh_or_an_error() {
+        for file in [ascii(VERTICES, "4 0 1 2 3\n"), binary(false), binary(true)] {
+            super::super::load_all_broken("a.ply", &file);
+        }
+    }
 }

@@ -244,4 +244,12 @@ mod tests {
         };
         assert_eq!(error(&cut), length);
     }
+
+    #[test]
+    fn broken_files_give_a_mesh_or_an_error() {
+        let file = binary_file(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.5]]);
+        super::super::load_all_broken("a.stl", &file);
+        let text = format!("solid a\n{FACET}endsolid a\n");
+        super::super::load_all_broken("a.stl", text.as_bytes());
+    }
 }

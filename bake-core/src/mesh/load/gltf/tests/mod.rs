@@ -330,3 +330,12 @@ fn broken_containers_are_refused() {
         LoadError::Gltf(GltfError::External { path, .. }) if path == "gone.bin"
     ));
 }
+
+#[test]
+fn broken_files_give_a_mesh_or_an_error() {
+    let sparse = r#"{"count": 1, "indices": {"bufferView": 1, "byteOffset": 1,
+        "componentType": 5121}, "values": {"bufferView": 0, "byteOffset": 36}}"#;
+    let nodes = r#"[{"mesh": 0, "scale": [-1, 1, 2], "children": [1]}, {"mesh": 0}]"#;
+    let file = File::new(nodes).set("/accessors/0/sparse", sparse);
+    super::super::load_all_broken("a.glb", &file.glb());
+}
