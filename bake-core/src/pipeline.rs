@@ -63,7 +63,7 @@ pub fn bake_grid_at<E: From<PipelineError>>(
     let raw = visibility(spec, options)?;
     let near = match options.fit {
         true => {
-            let lattice = fit::lattice(&spec, &mesh.bounds()).map_err(PipelineError::Lattice)?;
+            let lattice = near_surface_lattice(&spec, mesh)?;
             let points = visibility(lattice, &fit::point_options(options))?;
             Some(NearSurface { mesh, points })
         }
@@ -71,4 +71,17 @@ pub fn bake_grid_at<E: From<PipelineError>>(
     };
     let grid = post::finish(raw, near.as_ref(), placement, options, source);
     Ok(grid.map_err(PipelineError::from)?)
+}
+
+/// Returns the finer lattice around `mesh` whose points the near-surface fit of the grid `spec`
+/// bakes, as a grid.
+///
+/// # Errors
+///
+/// The lattice has more points than a grid may have cells.
+pub fn near_surface_lattice(
+    spec: &GridSpec,
+    mesh: &TriangleMesh,
+) -> Result<GridSpec, PipelineError> {
+    fit::lattice(spec, &mesh.bounds()).map_err(PipelineError::Lattice)
 }

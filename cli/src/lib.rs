@@ -18,6 +18,7 @@ pub mod canvas;
 pub mod console;
 #[doc(hidden)]
 pub mod interrupt;
+mod memory;
 #[doc(hidden)]
 pub mod npy;
 #[doc(hidden)]

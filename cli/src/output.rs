@@ -3,8 +3,16 @@
 use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
+use std::time::Duration;
 
 use anyhow::{Context, bail};
+
+/// The age from which a temporary file is taken to be left by a command that was killed. Commands write
+/// in seconds what they have computed.
+const STALE: Duration = Duration::from_secs(3600);
+
+/// The ending of temporary files.
+const TEMPORARY: &str = ".aogrid.tmp";
 
 /// Writes `bytes` to a temporary file beside `path` and renames it to `path`.
 pub fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
@@ -20,9 +28,10 @@ pub fn write_with(
     // A symbolic link stays a link: the file that it points to is replaced.
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let folder = folder(&target);
+    remove_stale(folder);
     let cannot_write = || format!("{}: cannot write it", path.display());
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".").suffix(".tmp");
+    builder.prefix(".").suffix(TEMPORARY);
     #[cfg(unix)]
     // The process's umask removes the permissions that the user does not want.
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
@@ -40,6 +49,19 @@ pub fn write_with(
     Ok(())
 }
 
+/// Removes the temporary files of commands that were killed. What cannot be removed does no harm.
+fn remove_stale(folder: &Path) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let name = name.as_encoded_bytes();
+        let is_ours = name.starts_with(b".") && name.ends_with(TEMPORARY.as_bytes());
+        let age = || entry.metadata().ok()?.modified().ok()?.elapsed().ok();
+        if is_ours && age().is_some_and(|age| age > STALE) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
 /// Checks that a file can be written to `path`, before any work is done for it.
 pub fn check(path: &Path) -> anyhow::Result<()> {
     if path.is_dir() {
@@ -48,6 +70,10 @@ pub fn check(path: &Path) -> anyhow::Result<()> {
     // Renaming would replace a device or a pipe instead of writing to it.
     if path.exists() && !path.is_file() {
         bail!("{}: it is not a regular file", path.display());
+    }
+    // Renaming would replace it in spite of that.
+    if fs::metadata(path).is_ok_and(|file| file.permissions().readonly()) {
+        bail!("{}: it is read-only", path.display());
     }
     if path.file_name().is_none() || path.as_os_str().as_encoded_bytes().ends_with(b"/") {
         bail!("{}: it is not a file's name", path.display());
@@ -76,5 +102,44 @@ fn folder(path: &Path) -> &Path {
         Some(folder) if folder.as_os_str().is_empty() => Path::new("."),
         Some(folder) => folder,
         None => path,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::SystemTime;
+
+    use super::*;
+
+    #[test]
+    fn temporary_files_of_killed_commands_are_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for (name, age) in [
+            (".old.aogrid.tmp", 2 * STALE),
+            (".new.aogrid.tmp", Duration::ZERO),
+            (".old.tmp", 2 * STALE),
+        ] {
+            let file = fs::File::create(at(name)).unwrap();
+            file.set_modified(SystemTime::now() - age).unwrap();
+        }
+        write(&at("out"), b"content").unwrap();
+        assert_eq!(fs::read(at("out")).unwrap(), b"content");
+        let remain =
+            [".old.aogrid.tmp", ".new.aogrid.tmp", ".old.tmp"].map(|name| at(name).exists());
+        assert_eq!(remain, [false, true, true]);
+    }
+
+    #[test]
+    fn read_only_files_are_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out");
+        write(&path, b"old").unwrap();
+        let mut permissions = fs::metadata(&path).unwrap().permissions();
+        permissions.set_readonly(true);
+        fs::set_permissions(&path, permissions).unwrap();
+        let error = write(&path, b"new").unwrap_err().to_string();
+        assert!(error.contains("read-only"), "{error}");
+        assert_eq!(fs::read(&path).unwrap(), b"old");
     }
 }

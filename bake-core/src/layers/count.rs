@@ -58,7 +58,7 @@ delta!(i32);
 /// The cells' counts so far, and buffers that are used again.
 pub(super) struct Counter<'a, D> {
     mesh: &'a PreparedMesh,
-    surface: &'a Surface<'a>,
+    surface: &'a Surface,
     region: &'a Region,
     counts: Vec<LayerCounts>,
     edges: Vec<Edge>,
@@ -138,11 +138,7 @@ impl<D: Delta> Rows<D> {
 }
 
 impl<'a, D: Delta> Counter<'a, D> {
-    pub(super) fn new(
-        mesh: &'a PreparedMesh,
-        surface: &'a Surface<'a>,
-        region: &'a Region,
-    ) -> Self {
+    pub(super) fn new(mesh: &'a PreparedMesh, surface: &'a Surface, region: &'a Region) -> Self {
         Self {
             mesh,
             surface,

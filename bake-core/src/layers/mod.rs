@@ -163,7 +163,7 @@ impl PreparedMesh {
         let surface = unbalanced::Surface::of(self)?;
         let region = Region::around(self);
         let frames = [0, 1, 2].map(|w| Frame::new(self, &region, w));
-        let hits = RowHits::all(self, &surface.triangles, &frames);
+        let hits = RowHits::all(self, &frames);
         // A sum in a direction is made of these at the most.
         let longest_row = hits.iter().map(|hits| hits.max_in_row()).max();
         let nets = surface
@@ -220,7 +220,7 @@ impl<'a> Tile<'a> {
 
 fn count_all<D: Delta>(
     mesh: &PreparedMesh,
-    surface: &unbalanced::Surface<'_>,
+    surface: &unbalanced::Surface,
     region: &Region,
     frames: &[Frame; 3],
     hits: &[RowHits; 3],

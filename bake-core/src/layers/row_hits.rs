@@ -28,11 +28,7 @@ const TRIANGLES_CHUNK: usize = 1 << 12;
 
 impl RowHits {
     /// Finds those along each axis.
-    pub(super) fn all(
-        mesh: &PreparedMesh,
-        triangles: &[[u32; 3]],
-        frames: &[Frame; 3],
-    ) -> [Self; 3] {
+    pub(super) fn all(mesh: &PreparedMesh, frames: &[Frame; 3]) -> [Self; 3] {
         let bounds = Bounds::new(frames);
         let find = |triangles: &[[u32; 3]]| {
             let mut found = <[Self; 3]>::default();
@@ -46,7 +42,11 @@ impl RowHits {
             }
             found
         };
-        let chunks: Vec<_> = triangles.par_chunks(TRIANGLES_CHUNK).map(find).collect();
+        let chunks: Vec<_> = mesh
+            .triangles()
+            .par_chunks(TRIANGLES_CHUNK)
+            .map(find)
+            .collect();
         let mut all = <[Self; 3]>::default();
         for chunk in chunks {
             for (all, found) in all.iter_mut().zip(chunk) {

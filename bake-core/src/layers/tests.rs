@@ -91,10 +91,9 @@ const STEP: usize = 23;
 /// were compared and how many grazed an edge.
 fn compare(mesh: &PreparedMesh) -> (usize, usize) {
     let layers = mesh.signed_layers().expect("it has unbalanced edges");
-    let surface = unbalanced::Surface::of(mesh).unwrap();
     let scale = f64::from(1_u32 << mesh.lattice().bits());
     let corner = |v: u32| mesh.vertices()[v as usize].map(|x| f64::from(x) / scale);
-    let triangles: Vec<_> = surface.triangles.iter().map(|t| t.map(corner)).collect();
+    let triangles: Vec<_> = mesh.triangles().iter().map(|t| t.map(corner)).collect();
     let directions = directions(mesh);
     let (mut compared, mut grazed) = (0, 0);
     for idx in (0..mesh.spec().cell_count()).step_by(STEP) {
@@ -188,7 +187,7 @@ fn wide_sums_are_those_of_narrow_ones() {
     let surface = unbalanced::Surface::of(&mesh).unwrap();
     let region = Region::around(&mesh);
     let frames = [0, 1, 2].map(|w| Frame::new(&mesh, &region, w));
-    let hits = RowHits::all(&mesh, &surface.triangles, &frames);
+    let hits = RowHits::all(&mesh, &frames);
     let narrow = count_all::<i16>(&mesh, &surface, &region, &frames, &hits);
     let wide = count_all::<i32>(&mesh, &surface, &region, &frames, &hits);
     assert!(narrow == wide && narrow.iter().any(|c| c.positive > 0));

@@ -1,7 +1,4 @@
-//! The edges at which signed layers change, and the triangles that count.
-
-use std::borrow::Cow;
-use std::collections::HashMap;
+//! The edges at which signed layers change.
 
 use crate::PreparedMesh;
 use crate::prepared::{Edges, HalfEdge};
@@ -29,19 +26,15 @@ pub(super) struct UnbalancedEdge {
 }
 
 /// The parts of a mesh on which its signed layers depend.
-pub(super) struct Surface<'a> {
-    /// The triangles without repetitions: one that is there twice, turned over or not, is one
-    /// surface.
-    pub triangles: Cow<'a, [[u32; 3]]>,
+pub(super) struct Surface {
     pub edges: Vec<UnbalancedEdge>,
     pub winding: Winding,
 }
 
-impl<'a> Surface<'a> {
+impl Surface {
     /// Returns none if all edges are balanced.
-    pub(super) fn of(mesh: &'a PreparedMesh) -> Option<Self> {
-        let repeated = repeated(mesh);
-        let mut edges = unbalanced(mesh, &repeated);
+    pub(super) fn of(mesh: &PreparedMesh) -> Option<Self> {
+        let mut edges = unbalanced(mesh);
         if edges.is_empty() {
             return None;
         }
@@ -56,40 +49,12 @@ impl<'a> Surface<'a> {
             // Two half-edges change no parity.
             edges.retain(|edge| edge.net % 2 != 0);
         }
-        Some(Self {
-            triangles: without(mesh.triangles(), &repeated),
-            edges,
-            winding,
-        })
+        Some(Self { edges, winding })
     }
 }
 
-/// The triangles that have the three corners of an earlier one, whatever the winding, in order.
-fn repeated(mesh: &PreparedMesh) -> Vec<u32> {
-    let mut candidates = mesh.all_edges().facts.may_repeat.clone();
-    candidates.sort_unstable();
-    candidates.dedup();
-    let mut first = HashMap::new();
-    candidates.retain(|&triangle| {
-        let mut corners = mesh.triangles()[triangle as usize];
-        corners.sort_unstable();
-        *first.entry(corners).or_insert(triangle) != triangle
-    });
-    candidates
-}
-
-fn without<'a>(triangles: &'a [[u32; 3]], repeated: &[u32]) -> Cow<'a, [[u32; 3]]> {
-    if repeated.is_empty() {
-        return Cow::Borrowed(triangles);
-    }
-    let mut repeated = repeated.iter().peekable();
-    let is_first = |&(triangle, _): &(u32, _)| repeated.next_if_eq(&&triangle).is_none();
-    let first = (0..).zip(triangles).filter(is_first);
-    Cow::Owned(first.map(|(_, corners)| *corners).collect())
-}
-
-/// The edges whose half-edges do not cancel, those of `repeated` triangles left out.
-fn unbalanced(mesh: &PreparedMesh, repeated: &[u32]) -> Vec<UnbalancedEdge> {
+/// Returns the edges whose half-edges do not cancel.
+fn unbalanced(mesh: &PreparedMesh) -> Vec<UnbalancedEdge> {
     let Edges { pairs, lone, facts } = mesh.all_edges();
     let direction = |side: HalfEdge| if side.is_reversed() { -1 } else { 1 };
     let mut edges: Vec<_> = lone
@@ -104,13 +69,6 @@ fn unbalanced(mesh: &PreparedMesh, repeated: &[u32]) -> Vec<UnbalancedEdge> {
         edges.extend(one_way.map(|pair| UnbalancedEdge {
             vertices: pair.vertices,
             net: 2 * direction(pair.sides[0]),
-        }));
-    }
-    for &triangle in repeated {
-        let [a, b, c] = mesh.triangles()[triangle as usize];
-        edges.extend([(a, b), (b, c), (c, a)].map(|(from, to)| UnbalancedEdge {
-            vertices: [from.min(to), from.max(to)],
-            net: if from < to { -1 } else { 1 },
         }));
     }
     edges.sort_unstable_by_key(|edge| edge.vertices);

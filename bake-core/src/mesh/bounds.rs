@@ -27,7 +27,7 @@ impl Bounds {
     };
 
     /// Returns the bounds of the triangles that have an area, if there are any.
-    pub(super) fn of_triangles(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Option<Self> {
+    pub(crate) fn of_triangles(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Option<Self> {
         let mut bounds = Self::EMPTY;
         let mut any = false;
         for t in triangles {

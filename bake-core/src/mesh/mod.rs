@@ -341,7 +341,7 @@ mod tests {
                 assert_eq!(f64::from(b[x]) + far_mesh.origin()[x], moved);
             }
         }
-        assert_eq!(far_mesh.part(0).unwrap(), far_mesh.clone().without_unused());
+        assert_eq!(far_mesh.part(0).unwrap(), far_mesh.without_unused());
     }
 
     impl TriangleMesh {

@@ -17,6 +17,8 @@
 mod edges;
 mod lattice;
 
+use std::collections::HashMap;
+
 use aogrid_grid_format::GridSpec;
 use rayon::prelude::*;
 
@@ -91,8 +93,13 @@ impl PreparedMesh {
             .par_iter()
             .map(|&position| lattice.snap(position))
             .collect();
-        let (vertices, triangles) = weld(snapped, mesh.triangles());
-        let edges = find_edges(&triangles, vertices.len());
+        let (vertices, mut triangles) = weld(snapped, mesh.triangles());
+        let mut edges = find_edges(&triangles, vertices.len());
+        let repeated = repeated(&triangles, &edges);
+        if !repeated.is_empty() {
+            triangles = without(&triangles, &repeated);
+            edges = find_edges(&triangles, vertices.len());
+        }
         Ok(Self {
             spec,
             lattice,
@@ -119,7 +126,8 @@ impl PreparedMesh {
     }
 
     /// Returns the triangles over [`PreparedMesh::vertices`]. Triangles with two coincident corners
-    /// are left out, because they occlude nothing.
+    /// are left out, because they occlude nothing, and so are all but the first with the same three
+    /// corners.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
@@ -179,6 +187,29 @@ fn weld(snapped: Vec<[i32; 3]>, triangles: &[[u32; 3]]) -> (Vec<[i32; 3]>, Vec<[
         .filter(corners_differ)
         .collect();
     (vertices, triangles)
+}
+
+/// Returns the triangles that have the three corners of an earlier one, whatever the winding, in
+/// order. They are the same surface, and each edge of thousands of them would be a silhouette.
+fn repeated(triangles: &[[u32; 3]], edges: &Edges) -> Vec<u32> {
+    let mut candidates = edges.facts.may_repeat.clone();
+    candidates.sort_unstable();
+    candidates.dedup();
+    let mut first = HashMap::new();
+    candidates.retain(|&triangle| {
+        let mut corners = triangles[triangle as usize];
+        corners.sort_unstable();
+        *first.entry(corners).or_insert(triangle) != triangle
+    });
+    candidates
+}
+
+/// Returns the triangles but for some, whose indices are in order.
+fn without(triangles: &[[u32; 3]], left_out: &[u32]) -> Vec<[u32; 3]> {
+    let mut left_out = left_out.iter().peekable();
+    let is_kept = |&(triangle, _): &(u32, _)| left_out.next_if_eq(&&triangle).is_none();
+    let kept = (0..).zip(triangles).filter(is_kept);
+    kept.map(|(_, corners)| *corners).collect()
 }
 
 /// Returns the vertices that are the first at their position, and the new index of each old vertex.
@@ -249,6 +280,25 @@ mod tests {
             (prepared.vertices().len(), prepared.boundary_edges().len()),
             (3, 3)
         );
+    }
+
+    /// A triangle that is repeated 33,333 times took a minute to sweep.
+    #[test]
+    fn repeated_triangles_are_one() {
+        let mesh = Model::Box.mesh(None).unwrap();
+        let whole = prepared(&mesh);
+        let mut triangles = mesh.triangles().to_vec();
+        let [a, b, c] = triangles[5];
+        triangles.extend([[b, a, c], [b, c, a]].repeat(1000));
+        let part = Part {
+            name: "repeated".into(),
+            triangles: 0..triangles.len(),
+        };
+        let repeated = TriangleMesh::new(mesh.positions().to_vec(), triangles, vec![part]).unwrap();
+        let repeated = prepared(&repeated);
+        assert_eq!(repeated.triangles(), whole.triangles());
+        assert_eq!(repeated.edges(), whole.edges());
+        assert!(repeated.boundary_edges().is_empty());
     }
 
     #[test]

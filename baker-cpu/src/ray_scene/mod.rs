@@ -91,14 +91,14 @@ impl RayScene {
     }
 
     /// Returns a position in object space relative to the center.
-    fn from_center(&self, position: [f64; 3]) -> [f64; 3] {
+    fn relative_to_center(&self, position: [f64; 3]) -> [f64; 3] {
         std::array::from_fn(|x| position[x] - self.origin[x] - self.center[x])
     }
 
     /// Whether the ray from `origin` (object space) in `direction` (any length but zero) hits a
     /// triangle at a distance above zero and up to `max_distance` (object units).
     pub fn is_occluded(&self, origin: [f64; 3], direction: [f64; 3], max_distance: f64) -> bool {
-        let from_center = self.from_center(origin);
+        let from_center = self.relative_to_center(origin);
         let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
         self.is_occluded_from_center(from_center, direction.map(|v| v / length), max_distance)
     }
@@ -106,7 +106,7 @@ impl RayScene {
     /// Returns the closest hit, at a distance above zero, of the ray from `origin` (object space)
     /// in `direction` (any length but zero).
     pub fn closest_hit(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<Hit> {
-        let origin = self.from_center(origin).map(|v| v * self.scale);
+        let origin = self.relative_to_center(origin).map(|v| v * self.scale);
         let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
         let unit = direction.map(|v| v / length);
         let (mut traversal, skip) = traversal_ray(origin, unit, f64::INFINITY);

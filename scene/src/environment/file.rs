@@ -6,9 +6,6 @@ use std::path::Path;
 use super::{Picture, openexr, radiance_hdr};
 use crate::error::{Context, bail, ensure};
 
-/// The maximum number of texels of a map: 8192 by 4096.
-const MAX_TEXELS: usize = 8192 * 4096;
-
 /// The largest half float, which replaces infinities in files.
 const MAX_HALF: f32 = 65504.0;
 
@@ -53,12 +50,4 @@ fn sanitize(texels: &mut [[f32; 3]]) -> [usize; 2] {
         });
     }
     [negative, non_finite]
-}
-
-pub(super) fn check_size([width, height]: [usize; 2]) -> crate::Result<()> {
-    match width.checked_mul(height) {
-        Some(0) => bail!("it has no texels"),
-        Some(n) if n <= MAX_TEXELS => Ok(()),
-        _ => bail!("{width}×{height} texels are more than {MAX_TEXELS}: scale it down"),
-    }
 }

@@ -6,6 +6,7 @@ mod radiance_hdr;
 
 use std::path::PathBuf;
 
+use crate::error::bail;
 use crate::reference::Environment;
 use glam::{DMat3, DVec3};
 use toml::Spanned;
@@ -36,6 +37,9 @@ struct Picture {
     size: [usize; 2],
     texels: Vec<[f32; 3]>,
 }
+
+/// The maximum number of texels of a map: 8192 by 4096.
+const MAX_TEXELS: usize = 8192 * 4096;
 
 /// The size of a room's map: texels of 0.7 degrees.
 const ROOM_SIZE: [usize; 2] = [512, 256];
@@ -134,5 +138,14 @@ fn room(walls: &[[f32; 3]; 6]) -> Picture {
     Picture {
         size: ROOM_SIZE,
         texels: (0..width * height).map(texel).collect(),
+    }
+}
+
+/// Checks the width and height of a picture before it is read.
+fn check_size([width, height]: [usize; 2]) -> crate::Result<()> {
+    match width.checked_mul(height) {
+        Some(0) => bail!("it has no texels"),
+        Some(n) if n <= MAX_TEXELS => Ok(()),
+        _ => bail!("{width}×{height} texels are more than {MAX_TEXELS}: scale it down"),
     }
 }

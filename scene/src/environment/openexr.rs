@@ -8,8 +8,7 @@ use exr::meta::header::Header;
 use exr::meta::{Headers, MetaData};
 use exr::prelude::{ReadChannels, ReadLayers, ReadSpecificChannel};
 
-use super::Picture;
-use super::file::check_size;
+use super::{Picture, check_size};
 use crate::error::{bail, ensure};
 
 /// The maximum size in bytes of a decoded image with all its channels.

@@ -7,8 +7,7 @@ use std::io::Cursor;
 use image::ImageDecoder;
 use image::codecs::hdr::HdrDecoder;
 
-use super::Picture;
-use super::file::check_size;
+use super::{Picture, check_size};
 use crate::error::{bail, ensure};
 
 /// The content of a header.

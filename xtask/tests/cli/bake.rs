@@ -226,6 +226,43 @@ fn a_dry_run_writes_nothing() {
     assert!(!parts.exists());
 }
 
+/// Report `memory`: a grid too large for the memory is refused before any work.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_bake_that_needs_too_much_memory_is_refused_before_it_begins() {
+    let (folder, model) = with_sample("box");
+    let out = folder.path().join("a.ao.ktx2");
+    let line = format!(
+        "ulimit -v 900000; exec {} bake {} -o {} --resolution 256 --face-size 8 --backend cpu",
+        env!("CARGO_BIN_EXE_xtask"),
+        model.display(),
+        out.display()
+    );
+    let output = std::process::Command::new("sh")
+        .args(["-c", &line])
+        .output()
+        .unwrap();
+    let error = super::one_line_error(&output, &line);
+    assert!(
+        error.contains("of memory") && error.contains("--resolution"),
+        "{error}"
+    );
+    assert!(!out.exists());
+    let error = super::fails(
+        "bake {} -o {} --resolution 64 --max-memory 20M",
+        &[&model, &out],
+    );
+    assert!(error.contains("--max-memory allows 20 MiB"), "{error}");
+    let dry = ok(
+        "bake {} -o {} --resolution 256 --dry-run --json",
+        &[&model, &out],
+    );
+    let dry: Value = serde_json::from_str(&dry).unwrap();
+    // 256³ cells of some 70 bytes; it takes 1.0 GB.
+    let bytes = dry["outputs"][0]["memory_bytes"].as_u64().unwrap();
+    assert!((1_000_000_000..1_500_000_000).contains(&bytes), "{bytes}");
+}
+
 #[test]
 fn json_is_alone_on_stdout_and_quiet_prints_nothing() {
     let (folder, model) = with_sample("box");

@@ -50,10 +50,12 @@ fn invalid_models_are_named_with_the_reason() {
         path
     };
     let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    let empty = folder.path().join("folder");
+    fs::create_dir(&empty).unwrap();
     for (path, why) in [
         (folder.path().join("missing.obj"), "No such file"),
         (folder.path().join("missing folder/a.obj"), "No such file"),
-        (folder.path().to_owned(), "not a regular file"),
+        (empty, "no models"),
         (file("model.fbx", ""), "format is not known"),
         (file("page.obj", "<!DOCTYPE html>"), "web page"),
         (

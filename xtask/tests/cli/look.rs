@@ -1,6 +1,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use aogrid_grid_format::{BoundaryMode, Encoding, Grid};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -57,15 +58,23 @@ fn verify_finds_errors_that_readers_do_not() {
     };
     let last = bytes.len() - 1;
     assert!(damaged("changed.ao.ktx2", last, 200).contains("changed after the bake"));
-    // Cell (4, 6, 5) in the middle gets an axis that is far too short.
-    let idx = (5 * 10 + 6) * 9 + 4;
-    let middle = bytes.len() - (9 * 10 * 11 - idx) * 4;
-    let short = fs::read(&grid).unwrap();
-    assert!(short[middle + 3] > 0, "the cell sees the table");
+    // Two cells that change places, which no sum tells.
+    let mut swapped = bytes.clone();
+    let texels = bytes.len() - 9 * 10 * 11 * 4;
+    let middle = texels + ((5 * 10 + 6) * 9 + 4) * 4;
+    assert_ne!(bytes[middle..middle + 4], bytes[texels..texels + 4]);
+    (0..4).for_each(|byte| swapped.swap(texels + byte, middle + byte));
+    let path = folder.path().join("swapped.ao.ktx2");
+    fs::write(&path, swapped).unwrap();
+    assert!(fails("verify {}", &[&path]).contains("changed after the bake"));
+    // A baker's own fault: axes that are far too short.
+    let read = Grid::from_bytes(&bytes).unwrap();
+    let cells = vec![[0.1, 0.0, 0.0, 0.5]; read.spec().cell_count()];
+    let mut record = read.record().clone();
+    record.boundary.applied = BoundaryMode::None;
+    let short = Grid::encode(*read.spec(), Encoding::Cone, read.format(), &cells, record).unwrap();
     let path = folder.path().join("short.ao.ktx2");
-    let mut short = short;
-    short[middle..middle + 3].copy_from_slice(&[140, 128, 128]);
-    fs::write(&path, short).unwrap();
+    fs::write(&path, short.to_bytes()).unwrap();
     assert!(
         String::from_utf8(run("verify {}", &[&path]).stderr)
             .unwrap()
@@ -78,10 +87,12 @@ fn verify_finds_errors_that_readers_do_not() {
 #[test]
 fn diff_measures_differences() {
     let (folder, grid) = baked("");
-    let json = |a: &Path, b: &Path| -> Value {
-        serde_json::from_str(&ok("diff {} {} --json", &[a, b])).unwrap()
+    let json = |a: &Path, b: &Path, options: &str, status: i32| -> Value {
+        let output = run(&format!("diff {{}} {{}} --json {options}"), &[a, b]);
+        assert_eq!(output.status.code(), Some(status), "{options}");
+        serde_json::from_slice(&output.stdout).unwrap()
     };
-    let same = json(&grid, &grid);
+    let same = json(&grid, &grid, "", 0);
     assert_eq!(
         (&same["equal"], &same["differing_cells"]),
         (&true.into(), &0.into())
@@ -92,12 +103,27 @@ fn diff_measures_differences() {
         "bake {} -o {} --resolution 9x10x11 --sampling monte-carlo",
         &[&model, &other],
     );
-    let different = json(&grid, &other);
+    let different = json(&grid, &other, "", 1);
+    json(&grid, &other, "--tolerance 0.001", 1);
+    json(&grid, &other, "--tolerance 1", 0);
     assert_eq!(different["equal"], false);
     assert_eq!(different["same_box"], true);
     assert!(different["occlusion_max"].as_f64().unwrap() > 0.005);
     assert!(different["axis_rms_degrees"].as_f64().unwrap() > 0.5);
-    assert!(ok("diff {} {}", &[&grid, &other]).contains("rms"));
+    let output = run("diff {} {}", &[&grid, &other]);
+    assert!(String::from_utf8(output.stdout).unwrap().contains("rms"));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("differ"));
+    // The same texels in another box.
+    let moved = folder.path().join("moved.ao.ktx2");
+    let read = Grid::from_bytes(&fs::read(&grid).unwrap()).unwrap();
+    let spec = read.spec().with_origin([0.0, 1.0, 0.0]).unwrap();
+    let cells: Vec<_> = (0..spec.cell_count()).map(|idx| read.cell(idx)).collect();
+    let format = read.format();
+    let far = Grid::encode(spec, read.encoding(), format, &cells, read.record().clone()).unwrap();
+    fs::write(&moved, far.to_bytes()).unwrap();
+    let apart = json(&grid, &moved, "--tolerance 0.3", 1);
+    let expected = 1.0 / spec.cell_size()[1];
+    assert!((apart["box_max_cells"].as_f64().unwrap() - expected).abs() < 1e-9);
     ok("bake {} -o {} --resolution 8", &[&model, &other]);
     assert!(fails("diff {} {}", &[&grid, &other]).contains("[9, 10, 11]"));
 }
@@ -142,7 +168,7 @@ fn slices_mark_interior_and_doubtful_cells() {
         ok("slices {} -o {}", &[&grid, &png]);
         let picture = image::open(&png).unwrap().into_rgb8();
         let count = |color| picture.pixels().filter(|p| p.0 == color).count();
-        let of_read = aogrid_grid_format::Grid::from_bytes(&fs::read(&grid).unwrap()).unwrap();
+        let of_read = Grid::from_bytes(&fs::read(&grid).unwrap()).unwrap();
         let cells = of_read.record().interior_cells as usize;
         (cells, count(INTERIOR), count(DOUBTFUL))
     };
@@ -167,7 +193,7 @@ fn npy_holds_the_decoded_values_in_numpy_order() {
     let file = npyz::NpyFile::new(&bytes[..]).unwrap();
     assert_eq!(file.shape(), [11, 10, 9, 1]);
     let values: Vec<f32> = file.into_vec().unwrap();
-    let read = aogrid_grid_format::Grid::from_bytes(&fs::read(&grid).unwrap()).unwrap();
+    let read = Grid::from_bytes(&fs::read(&grid).unwrap()).unwrap();
     assert_eq!(values, read.decode());
 }
 

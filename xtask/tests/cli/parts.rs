@@ -180,6 +180,45 @@ fn a_model_that_fails_is_named_and_the_rest_is_baked() {
     assert!(names_in(out.path()).is_empty());
 }
 
+/// The union of shards is what one run makes, byte for byte.
+#[test]
+fn shards_of_a_folder_make_what_one_run_makes() {
+    let folder = tempfile::tempdir().unwrap();
+    let models = folder.path().join("models");
+    fs::create_dir(&models).unwrap();
+    for (idx, name) in ["a.obj", "b.obj", "c.OBJ", "d.obj"].iter().enumerate() {
+        let taller = BOX.replace("0.125", &format!("0.{}", 125 + 50 * idx));
+        fs::write(models.join(name), taller + FACES).unwrap();
+    }
+    fs::write(models.join("notes.txt"), "not a model").unwrap();
+    let list = ok("bake {} -o x --list --items 2-3", &[&models]);
+    let shown: Vec<_> = list
+        .lines()
+        .map(|line| line.rsplit('/').next().unwrap())
+        .collect();
+    assert_eq!(shown, ["b.obj", "c.OBJ"]);
+    assert!(list.starts_with("2 "), "{list}");
+    let out = |name: &str| folder.path().join(name);
+    ok("bake {} -o {} --resolution 8", &[&models, &out("whole")]);
+    for shard in ["1/3", "2/3", "3/3"] {
+        let line = format!("bake {{}} -o {{}} --resolution 8 --shard {shard}");
+        ok(&line, &[&models, &out("shards")]);
+    }
+    let names = names_in(&out("whole"));
+    assert_eq!(names.len(), 4);
+    assert_eq!(names_in(&out("shards")), names);
+    for name in names {
+        let read = |folder: &str| fs::read(out(folder).join(&name)).unwrap();
+        assert!(read("whole") == read("shards"), "{name}");
+    }
+    let pattern = models.join("e*.obj");
+    assert!(super::fails("bake {} -o {}", &[&pattern, &out("x")]).contains("no file matches"));
+    let pattern = models.join("?.obj");
+    let list = ok("bake {} -o x --list", &[&pattern]);
+    assert_eq!(list.lines().count(), 3);
+    assert!(super::fails("bake {} -o x --items 5", &[&models]).contains("there are 4"));
+}
+
 /// Report 02: the model at map coordinates has the grid that it has at the origin.
 #[test]
 fn a_model_at_map_coordinates_has_the_grid_that_it_has_at_the_origin() {

@@ -43,6 +43,9 @@ pub struct LoadedMesh {
     pub blake3: String,
     /// What was left out or guessed, a sentence each without a full stop.
     pub warnings: Vec<String>,
+    /// The rounding of the coordinates in the file, in object units: half the step of single floats
+    /// at the largest of them, or zero for numbers of double precision.
+    pub rounding: f64,
     /// The shape and pose of each part of a file that has them.
     posed: Vec<Result<PartMesh, MeshError>>,
 }
@@ -102,6 +105,7 @@ struct Parsed {
     mesh: TriangleMesh,
     posed: Vec<Result<PartMesh, MeshError>>,
     warnings: Vec<String>,
+    rounding: f64,
 }
 
 impl Parsed {
@@ -110,8 +114,26 @@ impl Parsed {
             mesh,
             posed: vec![],
             warnings,
+            rounding: 0.0,
         }
     }
+
+    /// Returns the same with the rounding of a file that holds `positions` as single floats.
+    fn with_rounding_of(self, positions: &[[f64; 3]]) -> Self {
+        Self {
+            rounding: single_rounding(positions),
+            ..self
+        }
+    }
+}
+
+/// Returns half the step of single floats at the largest coordinate.
+fn single_rounding(positions: &[[f64; 3]]) -> f64 {
+    let largest = positions
+        .iter()
+        .flatten()
+        .fold(0.0, |max: f64, v| max.max(v.abs()));
+    largest * f64::from(f32::EPSILON) / 2.0
 }
 
 /// Loads the mesh file at `path`. Its content tells the format, or else its extension.
@@ -203,6 +225,7 @@ impl MeshFile {
             name: self.name.clone(),
             blake3: self.blake3.clone(),
             warnings: parsed.warnings,
+            rounding: parsed.rounding,
             posed: parsed.posed,
         })
     }
@@ -230,6 +253,7 @@ impl LoadedMesh {
             name,
             blake3,
             warnings: vec![],
+            rounding: 0.0,
             posed: vec![],
         }
     }
@@ -263,6 +287,28 @@ impl From<&LoadedMesh> for Source {
             part: None,
             blake3: loaded.blake3.clone(),
             triangles: loaded.mesh.triangles().len() as u64,
+        }
+    }
+}
+
+/// Loads every file that differs from `bytes` in one byte or is cut off, which must give a mesh or an
+/// error.
+#[cfg(test)]
+fn load_all_broken(name: &str, bytes: &[u8]) {
+    assert!(LoadedMesh::from_bytes(name, bytes.to_vec(), &|_| unreachable!()).is_ok());
+    let load = |bytes: &[u8]| {
+        let missing = |_: &str| Err(io::Error::from(io::ErrorKind::NotFound));
+        // Most are errors; those that are not are meshes, which are valid.
+        let _ = LoadedMesh::from_bytes(name, bytes.to_vec(), &missing);
+    };
+    for at in 0..bytes.len() {
+        load(&bytes[..at]);
+        for byte in [
+            0, 1, 0x7F, 0x80, 0xFF, b'-', b'9', b'e', b' ', b'\n', b'"', b']',
+        ] {
+            let mut broken = bytes.to_vec();
+            broken[at] = byte;
+            load(&broken);
         }
     }
 }

@@ -376,4 +376,10 @@ mod tests {
     fn faces_may_come_before_their_vertices() {
         assert!(read("f 1 2 5\nv 7 7 7\n").is_ok());
     }
+
+    #[test]
+    fn broken_files_give_a_mesh_or_an_error() {
+        let text = format!("{CORNERS}o a\ng b\nf 1 2 3 4\nf -1//2 -2/1 \\\n-3\n");
+        super::super::load_all_broken("a.obj", text.as_bytes());
+    }
 }

@@ -106,7 +106,17 @@ pub(super) fn parse(file: &[u8]) -> Result<Parsed, PlyError> {
     if let Some(idx) = positions.iter().position(|p| !finite(p)) {
         return Err(PlyError::Vertex(idx));
     }
-    triangulated(&positions, &polygons, &strips)
+    let parsed = triangulated(&positions, &polygons, &strips)?;
+    let is_single = header.elements.get("vertex").is_some_and(|vertex| {
+        let mut coordinates = ["x", "y", "z"]
+            .iter()
+            .filter_map(|x| vertex.properties.get(*x));
+        coordinates.any(|x| x.data_type == PropertyType::Scalar(ScalarType::Float))
+    });
+    Ok(match is_single {
+        true => parsed.with_rounding_of(&positions),
+        false => parsed,
+    })
 }
 
 fn triangulated(
@@ -341,6 +351,13 @@ mod tests {
         for format in ["ascii", "binary_little_endian"] {
             let many = format!("ply\nformat {format} 1.0\nelement x 99999999999999\nend_header\n");
             assert!(matches!(error(many.as_bytes()), PlyError::Count { .. }));
+        }
+    }
+
+    #[test]
+    fn broken_files_give_a_mesh_or_an_error() {
+        for file in [ascii(VERTICES, "4 0 1 2 3\n"), binary(false), binary(true)] {
+            super::super::load_all_broken("a.ply", &file);
         }
     }
 }

@@ -280,7 +280,7 @@ mod tests {
         let n = 20_000;
         let corner = |i: u32| {
             let angle = std::f64::consts::TAU * f64::from(i) / f64::from(n);
-            let radius = if i % 2 == 0 { 1.0 } else { 0.9 };
+            let radius = if i.is_multiple_of(2) { 1.0 } else { 0.9 };
             [radius * angle.cos(), radius * angle.sin(), 0.0]
         };
         let gear: Vec<_> = (0..n).map(corner).collect();

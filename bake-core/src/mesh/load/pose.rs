@@ -78,6 +78,12 @@ impl Pose {
         [linear, translation]
     }
 
+    /// Returns an upper bound of the factor by which lengths grow.
+    pub(super) fn largest_scale(&self) -> f64 {
+        let squares: f64 = self.linear.iter().flatten().map(|v| v * v).sum();
+        squares.sqrt()
+    }
+
     /// Returns the determinant of the linear part: below zero for a mirror image.
     pub fn determinant(&self) -> f64 {
         let [a, b, c] = self.linear;

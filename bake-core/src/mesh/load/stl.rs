@@ -57,7 +57,8 @@ pub(super) fn parse(file: &[u8]) -> Result<Parsed, StlError> {
     let needed = count.map(|count| HEADER as u64 + RECORD as u64 * u64::from(count));
     // Binary files may start with the word, too, and are told by their length.
     let is_binary = needed == Some(file.len() as u64);
-    let solids = match file.trim_ascii_start().starts_with(b"solid") && !is_binary {
+    let is_ascii = file.trim_ascii_start().starts_with(b"solid") && !is_binary;
+    let solids = match is_ascii {
         true => ascii(file)?,
         false => match count {
             Some(count) => vec![binary(file, count)?],
@@ -78,7 +79,11 @@ pub(super) fn parse(file: &[u8]) -> Result<Parsed, StlError> {
     let indices: Vec<u32> = (0..positions.len() as u32).collect();
     let triangles = indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]);
     let mesh = TriangleMesh::from_f64(&positions, triangles.collect(), parts)?;
-    Ok(Parsed::new(mesh, vec![]))
+    let parsed = Parsed::new(mesh, vec![]);
+    Ok(match is_ascii {
+        true => parsed,
+        false => parsed.with_rounding_of(&positions),
+    })
 }
 
 /// A named list of corners, three a triangle.
@@ -238,5 +243,13 @@ mod tests {
             length: 133,
         };
         assert_eq!(error(&cut), length);
+    }
+
+    #[test]
+    fn broken_files_give_a_mesh_or_an_error() {
+        let file = binary_file(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.5]]);
+        super::super::load_all_broken("a.stl", &file);
+        let text = format!("solid a\n{FACET}endsolid a\n");
+        super::super::load_all_broken("a.stl", text.as_bytes());
     }
 }

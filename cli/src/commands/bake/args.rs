@@ -1,5 +1,6 @@
 //! The command line of `bake` and its conversion to bake options.
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use aogrid_bake_core::{BakeOptions, Extent, Placement, Preset};
@@ -12,16 +13,19 @@ use aogrid_grid_format::{
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
+use super::inputs;
 use crate::backend::BackendRequest;
+use crate::memory;
 
 /// Bake the ambient occlusion around a model into a grid file
 ///
-/// Several models, or one with --parts, go into the folder OUT, one file each, named after
+/// Several models, those of a folder or one with --parts go into the folder OUT, one file each, named after
 /// model and part. An output that is up to date is not baked again.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// Models: OBJ, glTF, GLB, STL or PLY files, or .gz of them
+    /// Models: OBJ, glTF, GLB, STL or PLY files, or .gz of them; folders of them; or patterns with *
+    /// and ?
     #[arg(required = true, value_name = "MODEL")]
     pub models: Vec<PathBuf>,
     /// The grid file to write (*.ao.ktx2), or a folder for several
@@ -101,9 +105,21 @@ pub(crate) struct Args {
     /// Bake each part of a model by itself, for animation, and write a scene file that poses them
     #[arg(long)]
     pub parts: bool,
+    /// Bake only these of the models, by their numbers from 1, as in 2-5,9
+    #[arg(long, value_name = "NUMBERS", value_parser = inputs::item, value_delimiter = ',')]
+    pub items: Option<Vec<RangeInclusive<usize>>>,
+    /// Bake only one of N shares of the models, from 1, as in 1/4
+    #[arg(long, value_name = "I/N", value_parser = inputs::shard)]
+    pub shard: Option<(usize, usize)>,
+    /// Print the numbers and names of the models, and bake nothing
+    #[arg(long)]
+    pub list: bool,
     /// End at the first model or part that fails, instead of going on with the rest
     #[arg(long)]
     pub fail_fast: bool,
+    /// Refuse what needs more memory than this, such as 900M or 2G [default: what is free]
+    #[arg(long, value_name = "BYTES", value_parser = memory::bytes)]
+    pub max_memory: Option<u64>,
     /// Bake outputs that are up to date, too
     #[arg(long)]
     pub force: bool,
@@ -368,7 +384,7 @@ fn positive(text: &str) -> Result<f32, String> {
     }
 }
 
-fn in_range(text: &str, range: std::ops::RangeInclusive<u32>) -> Result<u32, String> {
+fn in_range(text: &str, range: RangeInclusive<u32>) -> Result<u32, String> {
     match text.parse() {
         Ok(n) if range.contains(&n) => Ok(n),
         _ => Err(format!("it must be a number in {range:?}")),

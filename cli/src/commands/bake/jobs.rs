@@ -9,6 +9,7 @@ use aogrid_bake_core::mesh::MeshFile;
 use aogrid_bake_core::{BakeOptions, Extent, Placement, TriangleMesh};
 use aogrid_grid_format::Grid;
 
+use super::inputs::Inputs;
 use super::{Args, stem};
 use crate::commands::info::read_grid;
 use crate::output;
@@ -35,11 +36,11 @@ pub(super) struct Jobs<'a> {
 }
 
 impl<'a> Jobs<'a> {
-    pub(super) fn new(args: &'a Args) -> anyhow::Result<Self> {
+    pub(super) fn new(args: &'a Args, inputs: &Inputs) -> anyhow::Result<Self> {
         let jobs = Self {
             out: &args.out,
             parts: args.parts,
-            into_folder: args.parts || args.models.len() > 1,
+            into_folder: args.parts || inputs.are_several,
         };
         let shown = args.out.display();
         if !jobs.into_folder {
@@ -59,7 +60,7 @@ impl<'a> Jobs<'a> {
             output::check(&args.out)?;
             return Ok(jobs);
         }
-        jobs.check_collisions(&args.models)?;
+        jobs.check_collisions(&inputs.all)?;
         if args.out.exists() && !args.out.is_dir() {
             bail!("{shown}: it is a file; several grids need a folder");
         }

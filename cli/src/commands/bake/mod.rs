@@ -3,6 +3,7 @@
 mod args;
 mod check;
 mod choose;
+mod inputs;
 mod jobs;
 mod model_baker;
 mod parts;
@@ -17,6 +18,7 @@ use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh};
 
 pub(crate) use args::Args;
 pub use args::{SharedArgs, face_size, resolution};
+use inputs::Inputs;
 use jobs::{Job, Jobs};
 use model_baker::ModelBaker;
 use report::{Outcome, Outputs};
@@ -29,6 +31,13 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let options = args.options().unwrap_or_else(|usage| usage.exit());
     let request = args.shared.backend().unwrap_or_else(|usage| usage.exit());
     let mut placement = args.placement();
+    let inputs = Inputs::new(&args.models, args.items.as_deref(), args.shard)?;
+    if args.list {
+        for (number, model) in inputs.chosen() {
+            console.result(&format!("{number} {}", model.display()));
+        }
+        return Ok(());
+    }
     if let (Some(bytes), None) = (args.max_bytes, args.max_error) {
         placement.resolution = [choose::resolution_within(bytes, &options)?; 3];
         console.note(&format!(
@@ -41,13 +50,14 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let mut batch = Batch {
         args,
         console,
-        jobs: Jobs::new(args)?,
+        jobs: Jobs::new(args, &inputs)?,
+        is_single: !inputs.are_several && !args.parts,
         backend: Backend::new(request, args.shared.algorithm()),
         placement: &placement,
         options: &options,
         outputs: Outputs::default(),
     };
-    for model in &args.models {
+    for (_, model) in inputs.chosen() {
         if let Err(error) = batch.model(model) {
             batch.fail(&model.display().to_string(), error)?;
         }
@@ -66,6 +76,8 @@ struct Batch<'a> {
     args: &'a Args,
     console: &'a Console,
     jobs: Jobs<'a>,
+    /// Whether one grid is all that there is to bake.
+    is_single: bool,
     backend: Backend,
     placement: &'a Placement,
     options: &'a BakeOptions,
@@ -140,8 +152,8 @@ impl Batch<'_> {
         if self.args.fail_fast || interrupt::requested() {
             return Err(error);
         }
-        let is_only = self.args.models.len() == 1 && !self.args.parts;
-        self.outputs.fail(title, error, is_only, self.console);
+        self.outputs
+            .fail(title, error, self.is_single, self.console);
         Ok(())
     }
 

@@ -4,7 +4,10 @@ use std::time::Instant;
 
 use anyhow::Context;
 use aogrid_bake_core::mesh::{LoadedMesh, MeshReport};
-use aogrid_bake_core::{BakeOptions, Placement, RawGrid, TriangleMesh, bake_grid, warnings};
+use aogrid_bake_core::{
+    BakeOptions, Placement, RawGrid, TriangleMesh, bake_grid, mesh_warnings, near_surface_lattice,
+    warnings,
+};
 use aogrid_grid_format::{Grid, Source};
 
 use super::Args;
@@ -14,7 +17,7 @@ use super::jobs::Job;
 use super::report::{BackendReport, Baked, Outcome, Times};
 use crate::backend::{Backend, Provenance, TimedBake};
 use crate::console::Console;
-use crate::output;
+use crate::{memory, output};
 
 /// Bakes the jobs of one model.
 pub(super) struct ModelBaker<'a> {
@@ -34,11 +37,22 @@ impl ModelBaker<'_> {
             .placement
             .place(&mesh.bounds())
             .with_context(|| job.title.clone())?;
+        let texel_bytes = self.options.encoding.channels() * self.options.format.channel_bytes();
+        let algorithm = self.args.shared.algorithm();
+        let lattice = match self.options.fit {
+            true => Some(near_surface_lattice(&spec, mesh).with_context(|| job.title.clone())?),
+            false => None,
+        };
+        let needed = memory::needed(mesh, &spec, lattice.as_ref(), texel_bytes, algorithm);
+        memory::check(needed, self.args.max_memory).with_context(|| job.title.clone())?;
         let report = MeshReport::new(mesh);
         if self.args.dry_run {
-            return Ok(Outcome::dry_run(job, &report, &spec));
+            return Ok(Outcome::dry_run(job, &report, &spec, needed));
         }
         output::check(&job.out)?;
+        for warning in mesh_warnings(mesh, &spec, self.loaded.rounding) {
+            self.console.warning(&format!("{}: {warning}", job.title));
+        }
         let mut stages = Stages::default();
         let grid = self
             .chosen(job, mesh, &mut stages)

@@ -11,6 +11,7 @@ use super::jobs::Job;
 use crate::backend::Provenance;
 use crate::commands::info;
 use crate::console::Console;
+use crate::memory;
 
 /// Times of the stages in seconds.
 #[derive(Serialize)]
@@ -94,6 +95,9 @@ struct OutcomeJson {
     grid: Option<info::GridJson>,
     #[serde(skip_serializing_if = "Option::is_none")]
     placement: Option<info::BoxJson>,
+    /// An estimate of the memory that the bake would need at its peak.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    memory_bytes: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     kernel: Option<BackendReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -116,6 +120,7 @@ impl Outcome {
                 mesh: None,
                 grid: Some(info::GridJson::new(grid)),
                 placement: None,
+                memory_bytes: None,
                 kernel: None,
                 times: None,
             },
@@ -123,7 +128,7 @@ impl Outcome {
         }
     }
 
-    pub(super) fn dry_run(job: &Job, report: &MeshReport, spec: &GridSpec) -> Self {
+    pub(super) fn dry_run(job: &Job, report: &MeshReport, spec: &GridSpec, memory: u64) -> Self {
         Self {
             lines: vec![
                 format!("{}: {}", job.title, info::mesh_line(report)),
@@ -132,6 +137,7 @@ impl Outcome {
                     job.out.display(),
                     info::box_line(spec)
                 ),
+                format!("  would need about {} of memory", memory::shown(memory)),
             ],
             json: OutcomeJson {
                 out: Some(job.out.clone()),
@@ -140,6 +146,7 @@ impl Outcome {
                 mesh: Some(info::MeshJson::new(report)),
                 grid: None,
                 placement: Some(info::BoxJson::new(spec)),
+                memory_bytes: Some(memory),
                 kernel: None,
                 times: None,
             },
@@ -179,6 +186,7 @@ impl Outcome {
                 mesh: Some(info::MeshJson::new(&report)),
                 grid: Some(info::GridJson::new(&grid)),
                 placement: None,
+                memory_bytes: None,
                 kernel: Some(backend),
                 times: Some(times),
             },
@@ -263,6 +271,7 @@ impl Outputs {
             mesh: None,
             grid: None,
             placement: None,
+            memory_bytes: None,
             kernel: None,
             times: None,
         });

@@ -113,6 +113,8 @@ fn remedy(extension: &str) -> &'static str {
 pub(super) struct GltfFile {
     root: Root,
     buffers: Vec<buffers::Buffer>,
+    /// Whether the length of each chunk of the container is a multiple of four, as it should be.
+    is_aligned: bool,
 }
 
 impl GltfFile {
@@ -121,13 +123,18 @@ impl GltfFile {
             true => split_container(bytes)?,
             false => (bytes, None),
         };
-        let json = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
-        let root: Root = gltf_json::deserialize::from_slice(json)
+        let text = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
+        let root: Root = gltf_json::deserialize::from_slice(text)
             .map_err(|error| GltfError::Json(error.to_string()))?;
         check_version(&root)?;
         check_extensions(&root)?;
         let buffers = buffers::read(&root, chunk, resolver)?;
-        Ok(Self { root, buffers })
+        let is_aligned = json.len() % 4 == 0 && chunk.is_none_or(|chunk| chunk.len() % 4 == 0);
+        Ok(Self {
+            root,
+            buffers,
+            is_aligned: is_aligned || !bytes.starts_with(b"glTF"),
+        })
     }
 
     /// Returns the contents of the files that were read beside this one.
@@ -140,6 +147,10 @@ impl GltfFile {
         let invalid = self.validation_warning()?;
         let mut parsed = nodes::parse(self)?;
         parsed.warnings.extend(invalid);
+        if !self.is_aligned {
+            let warning = "a chunk of its container is not a multiple of four bytes long";
+            parsed.warnings.push(warning.into());
+        }
         Ok(parsed)
     }
 

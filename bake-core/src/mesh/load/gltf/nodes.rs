@@ -6,7 +6,7 @@ use std::sync::Arc;
 use gltf_json::{Node, Scene};
 
 use super::super::parts::unique_names;
-use super::super::{Parsed, PartMesh, Pose};
+use super::super::{Parsed, PartMesh, Pose, single_rounding};
 use super::shapes::{Notes, Shape};
 use super::{GltfError, GltfFile};
 use crate::mesh::{MeshError, Part, TriangleMesh};
@@ -40,6 +40,8 @@ struct Walk<'a> {
     skinned: usize,
     hidden: usize,
     instanced: usize,
+    /// The largest scale of a pose.
+    largest_scale: f64,
 }
 
 impl<'a> Walk<'a> {
@@ -58,6 +60,7 @@ impl<'a> Walk<'a> {
             skinned: 0,
             hidden: 0,
             instanced: 0,
+            largest_scale: 0.0,
         }
     }
 
@@ -102,7 +105,9 @@ impl<'a> Walk<'a> {
     /// Poses a root node and all below it.
     fn tree(&mut self, root: usize) -> Result<(), GltfError> {
         if self.visited[root] {
-            // It is in the scene already, below its parent.
+            self.warnings.push(format!(
+                "node {root} is in its scene and below another node: it is read once"
+            ));
             return Ok(());
         }
         // An explicit stack: nodes may be nested deeper than the thread's stack.
@@ -154,6 +159,7 @@ impl<'a> Walk<'a> {
             self.skinned += 1;
             pose = Pose::IDENTITY;
         }
+        self.largest_scale = pose.largest_scale().max(self.largest_scale);
         self.instanced += usize::from(has_extension(node, "EXT_mesh_gpu_instancing"));
         let first = self.positions.len() as u32;
         let start = self.triangles.len();
@@ -220,10 +226,16 @@ impl<'a> Walk<'a> {
                 warnings.push(format!("{count} {text}"));
             }
         }
+        // The translation of a node moves a mesh as a whole, and rounds nothing of its shape.
+        let rounding = self
+            .shapes
+            .values()
+            .map(|shape| single_rounding(&shape.positions));
         Ok(Parsed {
             mesh,
             posed: self.posed,
             warnings,
+            rounding: rounding.fold(0.0, f64::max) * self.largest_scale,
         })
     }
 }

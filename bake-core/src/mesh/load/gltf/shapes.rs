@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use gltf_json::Value;
+use gltf_json::accessor::{ComponentType, GenericComponentType};
 use gltf_json::material::AlphaMode;
 use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::validation::Checked;
@@ -21,7 +23,12 @@ pub(super) struct Shape {
 pub(super) struct Notes {
     transparent: BTreeSet<usize>,
     has_morphs: bool,
+    /// Accessors whose positions are not within the bounds that they declare.
+    out_of_bounds: BTreeSet<usize>,
 }
+
+/// The error of bounds that are written with fewer digits than positions, relative to their size.
+const BOUNDS_TOLERANCE: f64 = 1e-4;
 
 impl Notes {
     pub(super) fn warnings(&self) -> Vec<String> {
@@ -30,6 +37,13 @@ impl Notes {
             warnings.push(format!(
                 "{} materials are transparent or have holes: they occlude as if they were solid",
                 self.transparent.len()
+            ));
+        }
+        if let Some(first) = self.out_of_bounds.first() {
+            warnings.push(format!(
+                "positions of {} accessors, such as {first}, are not within their own bounds: they \
+                 may be damaged",
+                self.out_of_bounds.len()
             ));
         }
         if self.has_morphs {
@@ -47,7 +61,7 @@ impl GltfFile {
         let mut shape = Shape::default();
         for primitive in primitives {
             self.note(primitive, notes);
-            self.primitive(mesh, primitive, &mut shape)?;
+            self.primitive(mesh, primitive, &mut shape, notes)?;
         }
         Ok(shape)
     }
@@ -63,11 +77,35 @@ impl GltfFile {
         }
     }
 
+    /// Whether positions are within the bounds that their accessor declares. Bounds of integers are
+    /// those of the stored numbers, and are not compared.
+    fn are_within_bounds(&self, accessor: usize, positions: &[[f64; 3]]) -> bool {
+        let accessor = &self.root.accessors[accessor];
+        let is_float = matches!(
+            accessor.component_type,
+            Checked::Valid(GenericComponentType(ComponentType::F32))
+        );
+        let numbers = |value: &Option<Value>| -> Option<[f64; 3]> {
+            let list = value.as_ref()?.as_array()?.iter().map(Value::as_f64);
+            list.collect::<Option<Vec<_>>>()?.try_into().ok()
+        };
+        let Some((min, max)) = numbers(&accessor.min).zip(numbers(&accessor.max)) else {
+            return true;
+        };
+        let largest = |x: usize| f64::max(min[x].abs(), max[x].abs());
+        let tolerance = BOUNDS_TOLERANCE * largest(0).max(largest(1)).max(largest(2));
+        let is_within = |p: &[f64; 3]| {
+            (0..3).all(|x| (min[x] - tolerance..=max[x] + tolerance).contains(&p[x]))
+        };
+        !is_float || positions.iter().all(is_within)
+    }
+
     fn primitive(
         &self,
         mesh: usize,
         primitive: &Primitive,
         shape: &mut Shape,
+        notes: &mut Notes,
     ) -> Result<(), GltfError> {
         let fault = |reason| GltfError::Primitive { mesh, reason };
         let Checked::Valid(mode) = primitive.mode else {
@@ -82,8 +120,12 @@ impl GltfFile {
         let positions = primitive
             .attributes
             .get(&Checked::Valid(Semantic::Positions));
-        let positions = positions.ok_or(fault("a primitive has no positions"))?;
-        let positions = self.positions(positions.value())?;
+        let accessor = positions.ok_or(fault("a primitive has no positions"))?;
+        let accessor = accessor.value();
+        let positions = self.positions(accessor)?;
+        if !self.are_within_bounds(accessor, &positions) {
+            notes.out_of_bounds.insert(accessor);
+        }
         let first = shape.positions.len();
         let count = positions.len();
         if u32::try_from(first + count).is_err() {

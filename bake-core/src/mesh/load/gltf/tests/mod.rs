@@ -284,6 +284,13 @@ fn what_is_read_otherwise_is_said() {
     warning(scenes, "2 scenes");
     let unbounded = plain().replace("/accessors/0/min", "null");
     warning(unbounded, "not valid glTF (meshes[0].primitives[0]");
+    let outside = plain().replace("/accessors/0/max", "[0.5, 1, 0.5]");
+    warning(outside, "own bounds");
+    let listed = File::new(r#"[{"children": [1]}, {"mesh": 0}]"#);
+    warning(listed.replace("/scenes/0/nodes", "[1, 0]"), "read once");
+    let mut odd = plain();
+    odd.buffer.push(0);
+    warning(odd, "multiple of four");
     let hidden = r#"[{"children": [1, 2]}, {"mesh": 0},
         {"mesh": 0, "extensions": {"KHR_node_visibility": {"visible": false}}}]"#;
     assert_eq!(warning(File::new(hidden), "hidden").mesh.parts().len(), 1);
@@ -322,4 +329,13 @@ fn broken_containers_are_refused() {
         &error,
         LoadError::Gltf(GltfError::External { path, .. }) if path == "gone.bin"
     ));
+}
+
+#[test]
+fn broken_files_give_a_mesh_or_an_error() {
+    let sparse = r#"{"count": 1, "indices": {"bufferView": 1, "byteOffset": 1,
+        "componentType": 5121}, "values": {"bufferView": 0, "byteOffset": 36}}"#;
+    let nodes = r#"[{"mesh": 0, "scale": [-1, 1, 2], "children": [1]}, {"mesh": 0}]"#;
+    let file = File::new(nodes).set("/accessors/0/sparse", sparse);
+    super::super::load_all_broken("a.glb", &file.glb());
 }
