@@ -2,10 +2,10 @@
 //! casting. Ray casting is the reference that every faster implementation is checked against.
 //!
 //! ```
-//! use aogrid_bake_core::{Preset, UNOBSERVED, models::{Model, to_obj}};
+//! use aogrid_bake_core::{Preset, UNOBSERVED, models::Model};
 //! use aogrid_grid_format::Source;
-//! # let obj = to_obj(&Model::Table.mesh(None)?);
-//! # let loaded = aogrid_bake_core::mesh::LoadedMesh::from_bytes("table.obj", obj.as_bytes())?;
+//! # let mesh = Model::Table.mesh(None)?;
+//! # let loaded = aogrid_bake_core::mesh::LoadedMesh::from_mesh(mesh, "table.obj".into(), "0".repeat(64));
 //! // `loaded` comes from `aogrid_bake_core::mesh::load("table.obj".as_ref())?`.
 //! let (placement, options) = (Preset::Economy.placement(), Preset::Economy.options());
 //! let source = Source::from(&loaded);

@@ -158,10 +158,9 @@ fn grid_lines(grid: &Grid) -> Vec<String> {
     let source = &record.source;
     let part = source.part.as_ref().map(|part| format!(", part `{part}`"));
     let [ox, oy, oz] = record.sample_offset;
-    let max_distance = match record.max_distance {
-        Some(distance) => distance.to_string(),
-        None => "unlimited".into(),
-    };
+    let max_distance = record
+        .max_distance
+        .map_or("unlimited".into(), |distance| distance.to_string());
     let epsilon = match record.epsilon {
         Some(epsilon) if record.snap => format!("epsilon {epsilon}, snapped to the bounding box"),
         Some(epsilon) => format!("epsilon {epsilon}"),

@@ -3,15 +3,15 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use aogrid_bake_core::UNOBSERVED;
+use aogrid_bake_core::{Preset, UNOBSERVED};
 use aogrid_baker_cpu::RayScene;
-use aogrid_grid_format::Grid;
+use aogrid_grid_format::{BoundaryMode, Grid};
 use aogrid_runtime::shading::{
     aogrid_cone_with_axis_at, aogrid_lookup, aogrid_mean, aogrid_merge, aogrid_multiply,
 };
 use aogrid_runtime::{AogridOccluder, CpuTexture, Instance};
 use aogrid_scene::reference::{Lighting, Receiver, ReferenceOptions, shade};
-use aogrid_scene::{GBuffer, Grids, LoadOptions, Scene, load, parse};
+use aogrid_scene::{GBuffer, GridSource, Grids, LoadOptions, Scene, load, parse};
 use glam::{DVec3, Vec3};
 
 /// The method that combines occluders.
@@ -281,12 +281,11 @@ fn the_robot_s_parts_match_the_reference_multiplied_and_merged() {
     for boundary in ["jgt", "none"] {
         let mut scene = file("robot.toml");
         for mesh in &mut scene.meshes {
-            if let aogrid_scene::GridSource::Bake(_, options) = &mut mesh.grid {
-                options.boundary = match boundary {
-                    "none" => aogrid_grid_format::BoundaryMode::None,
-                    _ => aogrid_grid_format::BoundaryMode::Jgt,
-                };
+            let (placement, mut options) = (Preset::Paper.placement(), Preset::Paper.options());
+            if boundary == "none" {
+                options.boundary = BoundaryMode::None;
             }
+            mesh.grid = GridSource::Bake(placement, options);
         }
         scene.camera.as_mut().unwrap().resolution = [64, 48];
         let gbuffer = GBuffer::trace(&scene, UNOBSERVED).unwrap();

@@ -67,17 +67,15 @@ fn the_floor_beside_a_box_is_in_its_shadow() {
         let worst = errors.iter().fold(0.0, |worst: f64, e| worst.max(e.abs()));
         assert!(worst <= TOLERANCE, "{preset:?}: {errors:?} of {truths:?}");
     }
-    // The test can fail: the papers lose more than half of it.
+    // The test can fail: the papers' grids end before the third receiver.
     let errors = errors(Preset::Paper);
-    assert!(errors[1] < -0.5 * truths[1], "{errors:?} of {truths:?}");
+    assert!(errors[2] < -0.99 * truths[2], "{errors:?} of {truths:?}");
 }
 
 /// Cells on both sides of a thin wall have opposite axes. What is left of them in between must not
 /// be taken for an axis, or the wall's feet get a dark seam.
 #[test]
 fn thin_walls_have_no_dark_seam_along_their_feet() {
-    /// Where the seam is, the paper's cones are off by a tenth and more, all to the dark.
-    const TOLERANCE: f64 = 0.04;
     let (half, thickness) = (0.9, 0.01);
     let mesh = mesh_of(&wall([half, 0.5, 0.5 * thickness]));
     let shaded_by = |preset: Preset| Shaded::in_object_space(&by_preset(&mesh, preset));
@@ -101,7 +99,15 @@ fn thin_walls_have_no_dark_seam_along_their_feet() {
         errors.sum::<f64>() / receivers.len() as f64
     };
     let default = bias(&shaded_by(Preset::Default));
-    assert!(default.abs() <= TOLERANCE, "{default}");
+    // The same without soft cones: every axis is a unit vector.
+    let mut hard = shaded_by(Preset::Default);
+    hard.occluder.min_axis_length = 1.0;
+    let hard = bias(&hard);
+    println!("default {default:.4}, by hard cones {hard:.4}");
+    assert!(
+        hard > 0.0 && default.abs() <= hard / 2.0,
+        "{default} {hard}"
+    );
 }
 
 /// Returns the corners of the triangles of a box around the origin.

@@ -288,7 +288,7 @@ fn a_fallback_from_jgt_to_rr_is_a_warning() {
     let (folder, model) = with_sample("box");
     let out = folder.path().join("tight.ao.ktx2");
     let output = run(
-        "bake {} -o {} --resolution 8 --half-extents 0.75,0.75,0.75",
+        "bake {} -o {} --preset paper --resolution 8 --half-extents 0.75,0.75,0.75",
         &[&model, &out],
     );
     let stderr = String::from_utf8(output.stderr).unwrap();
@@ -316,7 +316,9 @@ fn holes_warn_only_with_interior_enclosed() {
     let (folder, model) = with_sample("sphere");
     let out = folder.path().join("sphere.ao.ktx2");
     let stderr = |interior: &str| {
-        let line = format!("bake {{}} -o {{}} --resolution 16 --force --interior {interior}");
+        let line = format!(
+            "bake {{}} -o {{}} --preset paper --resolution 16 --force --interior {interior}"
+        );
         String::from_utf8(run(&line, &[&model, &out]).stderr).unwrap()
     };
     assert!(!stderr("signed").contains("warning"));
@@ -347,7 +349,18 @@ fn holes_warn_only_with_interior_enclosed() {
 fn doubt_about_the_interior_is_warned_of_and_reported() {
     let (folder, model) = with_sample("sheet");
     let out = folder.path().join("sheet.ao.ktx2");
+    // Half a cell away, its own side is all that a sheet sees.
     let output = run("bake {} -o {} --resolution 16", &[&model, &out]);
+    assert!(
+        !String::from_utf8(output.stderr)
+            .unwrap()
+            .contains("warning")
+    );
+    assert!(ok("info {}", &[&out]).contains("looked up 0.5 cells along normals"));
+    let output = run(
+        "bake {} -o {} --resolution 16 --self-offset 0.25",
+        &[&model, &out],
+    );
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert!(
         stderr.contains("which side is inside is a guess"),

@@ -22,7 +22,7 @@ fn info_reports_what_the_file_records() {
     let (_folder, grid) = baked("--epsilon 0.2");
     let json: Value = serde_json::from_str(&ok("info {} --json", &[&grid])).unwrap();
     assert_eq!(json["resolution"], serde_json::json!([9, 10, 11]));
-    assert_eq!(json["encoding"], "cone");
+    assert_eq!(json["encoding"], "moment");
     assert_eq!(json["bake"]["source"]["triangles"], 60);
     let text = ok("info {}", &[&grid]);
     for fact in [

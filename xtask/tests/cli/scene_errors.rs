@@ -100,7 +100,7 @@ const INVALID_SCENES: &[Row] = &[
         "[[mesh]]\nname = 'a'\nsample = 'box'\ngrid = {encoding = 'sh9'}\n",
         ":4:",
         "mesh[0].grid.encoding",
-        "unknown variant `sh9`, expected `cone` or `occlusion`",
+        "unknown variant `sh9`, expected one of `moment`, `cone`, `occlusion`",
     ),
     (
         "[[mesh]]\nname = 'a'\nsample = 'box'\ngrid = {format = 'bc4'}\n",

@@ -176,7 +176,8 @@ fn our_shaders_cost_less_than_those_of_the_paper() {
 fn render_warns_about_the_grids_that_it_bakes() {
     let folder = tempfile::tempdir().unwrap();
     let csv = folder.path().join("out.csv");
-    let sheet = "[[mesh]]\nname = \"cloth\"\nsample = \"sheet\"\n[[instance]]\nmesh = \"cloth\"\n";
+    let sheet = "[[mesh]]\nname = \"cloth\"\nsample = \"sheet\"\n\
+                 grid = { self_offset = 0.25 }\n[[instance]]\nmesh = \"cloth\"\n";
     let scene = scene(folder.path(), "", sheet);
     let output = run("render {} --mode cone -o {}", &[&scene, &csv]);
     let stderr = String::from_utf8(output.stderr).unwrap();

@@ -8,6 +8,7 @@ mod jobs;
 mod model_baker;
 mod parts;
 mod report;
+mod values;
 
 use std::path::Path;
 use std::time::Instant;
@@ -17,11 +18,12 @@ use aogrid_bake_core::mesh::{LoadedMesh, MeshFile, PartMesh};
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh};
 
 pub(crate) use args::Args;
-pub use args::{SharedArgs, face_size, resolution};
+pub use args::SharedArgs;
 use inputs::Inputs;
 use jobs::{Job, Jobs};
 use model_baker::ModelBaker;
 use report::{Outcome, Outputs};
+pub use values::{face_size, resolution};
 
 use crate::backend::Backend;
 use crate::console::Console;
