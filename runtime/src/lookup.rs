@@ -12,7 +12,7 @@ pub struct AogridLookup {
     pub position: [f32; 3],
     /// Whether the occluder has an effect on the receiver.
     pub is_reached: bool,
-    /// The vector from the box's center to the receiver in world space; zero in the hull.
+    /// The vector from the box's center to the receiver in world space.
     pub outward: [f32; 3],
     /// The distance from the center in half-extents of the hull, at least 1.
     pub distance: f32,
@@ -45,21 +45,16 @@ pub fn aogrid_grid_position(occluder: &AogridOccluder, position: [f32; 3]) -> [f
 /// The place at which a receiver at a world-space position looks up the grid; not reached for NaN.
 /// In the far field it is on the hull of the outer cells' centers, on the ray from the box's center.
 pub fn aogrid_lookup(occluder: &AogridOccluder, position: [f32; 3]) -> AogridLookup {
-    let p_grid = aogrid_grid_position(occluder, position);
-    let off_center = p_grid.map(|p| p - 0.5);
+    let off_center = aogrid_grid_position(occluder, position).map(|p| p - 0.5);
     let scaled: [f32; 3] = std::array::from_fn(|x| off_center[x].abs() * occluder.per_hull[x]);
     let distance = scaled.into_iter().fold(1.0, f32::max);
-    let mut lookup = AogridLookup {
-        position: p_grid,
+    let per_distance = 1.0 / distance;
+    AogridLookup {
+        position: off_center.map(|x| x * per_distance + 0.5),
         is_reached: scaled.iter().all(|s| *s <= occluder.reach),
-        outward: [0.0; 3],
+        outward: std::array::from_fn(|x| position[x] - occluder.center[x]),
         distance,
-    };
-    if distance > 1.0 {
-        lookup.position = off_center.map(|x| x * (1.0 / distance) + 0.5);
-        lookup.outward = std::array::from_fn(|x| position[x] - occluder.center[x]);
     }
-    lookup
 }
 
 /// [`aogrid_lookup`] for a receiver that belongs to the occluder itself. Cells inside the object are

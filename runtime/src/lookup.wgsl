@@ -47,7 +47,7 @@ struct AogridLookup {
     position: vec3f,
     /// Whether the occluder has an effect on the receiver.
     is_reached: bool,
-    /// The vector from the box's center to the receiver in world space; zero in the hull.
+    /// The vector from the box's center to the receiver in world space.
     outward: vec3f,
     /// The distance from the center in half-extents of the hull, at least 1.
     distance: f32,
@@ -80,17 +80,12 @@ fn aogrid_grid_position(occluder: AogridOccluder, position: vec3f) -> vec3f {
 /// The place at which a receiver at a world-space position looks up the grid; not reached for NaN.
 /// In the far field it is on the hull of the outer cells' centers, on the ray from the box's center.
 fn aogrid_lookup(occluder: AogridOccluder, position: vec3f) -> AogridLookup {
-    let p_grid = aogrid_grid_position(occluder, position);
-    let off_center = p_grid - 0.5;
+    let off_center = aogrid_grid_position(occluder, position) - 0.5;
     let scaled = abs(off_center) * occluder.per_hull;
-    let distance = max(max(scaled.x, scaled.y), scaled.z);
-    var lookup = AogridLookup(p_grid, distance <= occluder.reach, vec3f(), 1.0);
-    if distance > 1.0 {
-        lookup.position = fma(off_center, vec3f(1.0 / distance), vec3f(0.5));
-        lookup.outward = position - occluder.center;
-        lookup.distance = distance;
-    }
-    return lookup;
+    let s = max(max(scaled.x, scaled.y), scaled.z);
+    let distance = max(s, 1.0);
+    let at = fma(off_center, vec3f(1.0 / distance), vec3f(0.5));
+    return AogridLookup(at, s <= occluder.reach, position - occluder.center, distance);
 }
 
 /// `aogrid_lookup` for a receiver that belongs to the occluder itself. Cells inside the object are
