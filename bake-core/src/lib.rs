@@ -32,6 +32,7 @@
 //! cancel it.
 
 mod algorithm;
+mod classification;
 pub mod cube_face;
 mod face_bits;
 mod face_sums;
@@ -52,6 +53,7 @@ mod warnings;
 pub mod mesh;
 
 pub use algorithm::{Algorithm, Plan, PlanError, RayFallbackReason};
+pub use classification::Classification;
 pub use face_bits::FaceBits;
 pub use face_sums::{FaceSums, FixedTexel, fixed_texels};
 pub use fit::NearSurface;

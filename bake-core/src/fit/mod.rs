@@ -25,8 +25,7 @@ use aogrid_grid_format::Sampling;
 pub(crate) use lattice::lattice;
 
 use crate::layers::CellClass;
-use crate::post::Classification;
-use crate::{BakeOptions, RawGrid, TriangleMesh};
+use crate::{BakeOptions, Classification, RawGrid, TriangleMesh};
 use surface::Surface;
 use system::{Stored, System};
 

@@ -6,10 +6,8 @@ mod interior;
 
 use aogrid_grid_format::{BakeRecord, EncodeError, Encoding, Grid, Interior, Source};
 
-pub use interior::Classification;
-
 use crate::fit::{self, NearSurface};
-use crate::{BakeOptions, Extent, Moments, Placement, RawGrid};
+use crate::{BakeOptions, Classification, Extent, Moments, Placement, RawGrid};
 
 /// The reason that moments cannot become a grid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -6,8 +6,8 @@ use aogrid_gpu_support::{attachment, read_only_depth};
 use aogrid_grid_format::Grid;
 use aogrid_runtime::{
     Combine, Frame, GBufferFormat, GBufferViews, GridAtlas, GridTexture, Instance, MergePass,
-    MergePassDescriptor, Mode, OcclusionPass, OcclusionPassDescriptor, Output, Receivers,
-    TiledFrame, TiledPass, TiledPassDescriptor,
+    MergePassDescriptor, Mode, OcclusionPass, OcclusionPassDescriptor, Output, TiledFrame,
+    TiledPass, TiledPassDescriptor,
 };
 
 /// The method by which pixels are darkened.
@@ -73,20 +73,12 @@ impl Shadows {
         gbuffer: GBufferFormat,
     ) -> Result<Self, Box<dyn Error>> {
         let by_raster = |mode, output, target| {
-            // Only scalar occlusion needs receiver ids; cones tell self-occlusion by the normal.
-            let receivers = match mode {
-                Mode::Occlusion => Receivers::Ids,
-                Mode::Cone => Receivers::None,
-            };
             let descriptor = OcclusionPassDescriptor {
                 label: format!("{mode:?}"),
                 mode,
                 output,
                 target,
-                gbuffer: GBufferFormat {
-                    receivers,
-                    ..gbuffer
-                },
+                gbuffer,
                 front_face: wgpu::FrontFace::Ccw,
             };
             OcclusionPass::new(device, queue, descriptor)

@@ -6,12 +6,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use aogrid_bake_core::models::Model;
+use aogrid_baker_cpu::RayScene;
 use aogrid_grid_format::BoundaryMode;
 use aogrid_scene::compare::errors;
-use aogrid_scene::shade::{Mode, ShadeInput, StageObserver, Target};
+use aogrid_scene::reference::Receiver;
+use aogrid_scene::shade::{Mode, ShadeInput, Shaded, StageObserver, Target};
 use aogrid_scene::suite::{Area, ErrorStats, ROWS, Row, Subject, SuiteOptions, Truth, judge};
-use aogrid_scene::{GridSource, LoadOptions, load};
+use aogrid_scene::{GridSource, LoadOptions, Scene, load};
+use aogrid_tables::clip;
 use aogrid_tests::{files_with_ending, shared};
+use glam::DVec3;
+use rayon::prelude::*;
 
 /// The occluders and rows of the committed table.
 const MODELS: [Model; 7] = [
@@ -180,7 +185,8 @@ fn each_scene_of_the_independent_program_is_judged_alike() {
             n_compared += 1;
         }
     }
-    assert_eq!(n_compared, 14 * 6);
+    // Six columns of all scenes, and two more of those whose receivers are not on the occluder.
+    assert_eq!(n_compared, 14 * 6 + 11 * 2);
 }
 
 /// Returns the errors of a reference scene's grids, by the independent program's columns.
@@ -189,12 +195,24 @@ fn judged(path: &Path) -> Vec<(String, ErrorStats)> {
     scene.truth.samples = SAMPLES;
     scene.truth.error = None;
     let target = Target::of_list(scene.receivers.as_ref().unwrap());
-    let shade = |scene: &aogrid_scene::Scene, mode: &str| {
+    let shade = |scene: &Scene, mode: &str| {
         let mode = Mode::named(mode).unwrap();
         mode.shade(&ShadeInput::new(scene, &target)).unwrap()
     };
     let truth = shade(&scene, "truth");
+    let areas = vec![None; target.receivers.len()];
+    let of = |mode, shaded: &Shaded| errors(mode, shaded, &truth, &areas).all.unwrap();
     let mut columns = vec![];
+    // On an occluder the other program's rays may start elsewhere than ours, which decides there.
+    if scene
+        .receivers
+        .as_ref()
+        .is_some_and(|list| list.object.is_none())
+    {
+        let [occlusion, cone] = at_points(&scene, &target);
+        columns.push(("occlusion_at_point".to_owned(), of("occlusion", &occlusion)));
+        columns.push(("cone_at_point".to_owned(), of("cone", &cone)));
+    }
     for (name, boundary) in TREATMENTS {
         for mesh in &mut scene.meshes {
             if let GridSource::Bake(_, options) = &mut mesh.grid {
@@ -203,10 +221,47 @@ fn judged(path: &Path) -> Vec<(String, ErrorStats)> {
         }
         for mode in ["occlusion", "cone"] {
             let shaded = shade(&scene, mode);
-            let areas = vec![None; target.receivers.len()];
-            let all = errors(mode, &shaded, &truth, &areas).all;
-            columns.push((format!("{mode}_{name}"), all.unwrap()));
+            columns.push((format!("{mode}_{name}"), of(mode, &shaded)));
         }
     }
     columns
+}
+
+/// Directions of the sphere for the moments at a receiver: their sums err by about 1e-3.
+const DIRECTIONS: u32 = 2048;
+
+/// Returns the AO of modes occlusion and cone with exact moments at each receiver, without a grid.
+fn at_points(scene: &Scene, target: &Target) -> [Shaded; 2] {
+    let mesh = scene.flattened(|instance| instance.casts).unwrap();
+    let rays = RayScene::new(&mesh.unwrap());
+    let receivers = target.receivers.par_iter();
+    let both: Vec<[f64; 2]> = receivers
+        .map(|receiver| at_point(&rays, receiver))
+        .collect();
+    [0, 1].map(|mode| Shaded {
+        occlusion: both.iter().map(|ao| ao[mode] as f32).collect(),
+        occlusion_error: None,
+        light: None,
+        light_error: None,
+    })
+}
+
+fn at_point(rays: &RayScene, receiver: &Receiver) -> [f64; 2] {
+    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    let (mut n_occluded, mut sum) = (0, DVec3::ZERO);
+    for idx in 0..DIRECTIONS {
+        // A spiral with equal areas between its turns.
+        let z = 1.0 - (2.0 * f64::from(idx) + 1.0) / f64::from(DIRECTIONS);
+        let (sin, cos) = (golden * f64::from(idx)).sin_cos();
+        let across = (1.0 - z * z).sqrt();
+        let direction = DVec3::new(across * cos, across * sin, z);
+        if rays.is_occluded(receiver.position, direction.to_array(), f64::INFINITY) {
+            n_occluded += 1;
+            sum += direction;
+        }
+    }
+    let a = f64::from(n_occluded) / f64::from(DIRECTIONS);
+    let cos_beta = sum.normalize_or_zero().dot(receiver.normal.into());
+    let occlusion = (2.0 * a).min(1.0);
+    [occlusion, clip::closed_form(a, cos_beta).occlusion]
 }

@@ -49,6 +49,7 @@ impl Shading {
         let flat = scene.flattened(|instance| instance.casts).unwrap().unwrap();
         let options = ReferenceOptions {
             samples,
+            error: None,
             ..scene.truth
         };
         let lighting = Lighting::default();

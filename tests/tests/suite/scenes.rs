@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use aogrid_bake_core::UNOBSERVED;
 use aogrid_baker_cpu::RayScene;
 use aogrid_grid_format::BoundaryMode;
-use aogrid_scene::reference::{Lighting, shade};
+use aogrid_scene::reference::{Lighting, ReferenceOptions, shade};
 use aogrid_scene::{GBuffer, Grids, LoadOptions, Scene, load, parse};
 use aogrid_tests::{files_with_ending, shared};
 use glam::DVec3;
@@ -160,17 +160,14 @@ fn the_reference_matches_the_independent_program() {
         let casters = scene.flattened(|i| i.casts).unwrap().unwrap();
         let occluder = RayScene::new(&casters);
         let lighting = Lighting::default();
+        let options = ReferenceOptions {
+            error: None,
+            ..scene.truth
+        };
         // Every third receiver; `render --mode truth` shades all of them.
         let chosen: Vec<usize> = (0..list.points.len()).step_by(3).collect();
         let receivers: Vec<_> = list.lifted().into_iter().step_by(3).collect();
-        let shades = shade(
-            Some(&occluder),
-            &receivers,
-            &lighting,
-            &scene.truth,
-            UNOBSERVED,
-        )
-        .unwrap();
+        let shades = shade(Some(&occluder), &receivers, &lighting, &options, UNOBSERVED).unwrap();
         let squares = chosen.iter().zip(&shades).map(|(&i, shade)| {
             let theirs: f64 = list.rows[i][column].parse().unwrap();
             (f64::from(shade.occlusion.mean) - theirs).powi(2)

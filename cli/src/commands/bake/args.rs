@@ -118,10 +118,8 @@ pub(crate) struct Args {
 /// The examples at the end of `bake --help`.
 const EXAMPLES: &str = "\
 Examples:
-  aogrid bake assets/table.obj -o table.ao.ktx2
+  aogrid bake assets/table.obj -o table.ao.ktx2 --max-error 0.05
   aogrid bake assets/robot.obj --parts --preset economy -o robot-parts
-  aogrid bake assets/table.obj --preset paper -o paper.ao.ktx2
-  aogrid bake assets/table.obj --max-error 0.04 --max-bytes 500000 -o table.ao.ktx2
   aogrid bake assets/box.obj -o mc.ao.ktx2 --sampling monte-carlo --rays 1024 --seed 7";
 
 /// The options that `bake` and `bench` share.

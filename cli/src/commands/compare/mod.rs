@@ -8,7 +8,9 @@ mod suite;
 use std::path::PathBuf;
 
 use anyhow::bail;
-use aogrid_scene::shade::Mode;
+use aogrid_scene::compare::ModeErrors;
+use aogrid_scene::shade::{Mode, Shaded, Target};
+use aogrid_scene::suite::Area;
 
 use crate::commands::bake::use_threads;
 use crate::commands::render::{mode_parser, positive};
@@ -69,6 +71,15 @@ pub(crate) struct Args {
     /// Threads to work with [default: as many as there are processors]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
+}
+
+/// The receivers with what the modes and truth make of them.
+struct Compared<'a> {
+    target: &'a Target,
+    truth: &'a Shaded,
+    modes: &'a [(&'static Mode, Shaded)],
+    areas: &'a [Option<Area>],
+    errors: &'a [ModeErrors],
 }
 
 /// The examples at the end of `compare --help`.

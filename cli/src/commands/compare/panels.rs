@@ -6,7 +6,7 @@ use anyhow::Context;
 use aogrid_scene::GBuffer;
 use image::ImageFormat;
 
-use super::scene::Compared;
+use super::Compared;
 use crate::canvas::{Canvas, Color, DIM, GLYPH_SIZE, INK};
 
 /// The gap between panels, and the height of a line of text, in pixels.

@@ -4,13 +4,12 @@ use std::path::Path;
 
 use anyhow::{bail, ensure};
 use aogrid_scene::compare::{ModeErrors, areas, errors};
-use aogrid_scene::shade::{self, Mode, ShadeInput, Shaded, Target};
+use aogrid_scene::shade::{self, Mode, ShadeInput, Target};
 use aogrid_scene::suite::{Area, ErrorStats};
 use aogrid_scene::{GBuffer, LoadOptions, Scene, load};
 use serde::Serialize;
 
-use super::Args;
-use super::panels;
+use super::{Args, Compared, panels};
 use crate::commands::render::{load_environment, override_truth};
 use crate::console::Console;
 use crate::output;
@@ -23,15 +22,6 @@ struct Report {
     /// The areas in the order of all lists.
     areas: [&'static str; Area::ALL.len()],
     modes: Vec<ModeErrors>,
-}
-
-/// The receivers with what the modes and truth make of them.
-pub(super) struct Compared<'a> {
-    pub target: &'a Target,
-    pub truth: &'a Shaded,
-    pub modes: &'a [(&'static Mode, Shaded)],
-    pub areas: &'a [Option<Area>],
-    pub errors: &'a [ModeErrors],
 }
 
 /// The kind of an output file.

@@ -1,6 +1,6 @@
 //! Classification of a grid's cells as interior or doubtful, by repeating the bake.
 
-use aogrid_bake_core::post::Classification;
+use aogrid_bake_core::Classification;
 use aogrid_bake_core::{BakeOptions, TriangleMesh};
 use aogrid_baker_cpu::Baker;
 use aogrid_grid_format::Grid;

@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, bail};
+use aogrid_bake_core::Classification;
 use aogrid_bake_core::TriangleMesh;
 use aogrid_bake_core::mesh::{self, MeshFile};
-use aogrid_bake_core::post::Classification;
 use aogrid_grid_format::Grid;
 use image::ImageFormat;
 
