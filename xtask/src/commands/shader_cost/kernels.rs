@@ -41,7 +41,7 @@ pub(super) struct Pass {
 const PER_LANE: &str = "";
 
 /// The library's shaders beside those that the papers print.
-pub(super) const PASSES: [Pass; 12] = [
+pub(super) const PASSES: [Pass; 14] = [
     Pass {
         name: "occlusion, RR-5779 as printed",
         occluder: "Naive",
@@ -69,7 +69,7 @@ pub(super) const PASSES: [Pass; 12] = [
         transmittance: "cone_without_strength(o, p, n)",
     },
     Pass {
-        name: "cone, strength",
+        name: "soft cone, strength",
         occluder: "AogridOccluder",
         transmittance: "aogrid_cone_faded(o, grid, table, linear_clamp, p, n)",
     },
@@ -79,12 +79,22 @@ pub(super) const PASSES: [Pass; 12] = [
         transmittance: "cone_with_box_test(o, p, n)",
     },
     Pass {
-        name: "cone, box test, strength",
+        name: "soft cone, box test, strength",
+        occluder: "AogridOccluder",
+        transmittance: "soft_cone_in_its_box(o, p, n)",
+    },
+    Pass {
+        name: "soft cone, far field, strength",
         occluder: "AogridOccluder",
         transmittance: "aogrid_cone(o, grid, table, linear_clamp, p, n)",
     },
     Pass {
-        name: "cone, strength, one per lane",
+        name: "the same on the object itself",
+        occluder: "AogridOccluder",
+        transmittance: "aogrid_cone_on_itself(o, grid, table, linear_clamp, p, n)",
+    },
+    Pass {
+        name: "soft cone, strength, one per lane",
         occluder: PER_LANE,
         transmittance: "aogrid_cone_faded(o, grid, table, linear_clamp, p, n)",
     },
@@ -118,6 +128,12 @@ fn cone_without_strength(o: AogridOccluder, p: vec3f, n: vec3f) -> f32 {
 fn cone_with_box_test(o: AogridOccluder, p: vec3f, n: vec3f) -> f32 {
     let lookup = aogrid_lookup(o, p);
     return select(1.0, cone_of(o, lookup.position, n), lookup.is_reached);
+}
+fn soft_cone_in_its_box(o: AogridOccluder, p: vec3f, n: vec3f) -> f32 {
+    let found = aogrid_lookup(o, p);
+    let lookup = AogridLookup(found.position, found.is_reached, vec3f(), 1.0);
+    let t = aogrid_cone_at(o, grid, table, linear_clamp, lookup, n);
+    return select(1.0, t, lookup.is_reached);
 }
 fn cone_and_axis(left: vec4f, o: AogridOccluder, p: vec3f, n: vec3f) -> vec4f {
     let lookup = aogrid_lookup(o, p);
