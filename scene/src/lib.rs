@@ -68,6 +68,8 @@ pub struct Scene {
     pub exposure: f32,
     /// Whether pictures show light; otherwise they show 1 − AO.
     pub shows_light: bool,
+    /// What the readers of the meshes left out or guessed, one line each.
+    pub warnings: Vec<String>,
 }
 
 /// A mesh in object space and the grid around it.

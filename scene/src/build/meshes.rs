@@ -22,6 +22,9 @@ impl Builder<'_> {
         }
         let grid = self.grid(&file)?;
         let loaded = self.load_mesh(&file, &span)?;
+        let warnings = loaded.warnings.iter();
+        let named = warnings.map(|warning| format!("mesh `{}`: {warning}", file.name.get_ref()));
+        self.warnings.extend(named);
         let name = file.name.get_ref();
         let first = self.meshes.len();
         if file.parts == Some(true) {

@@ -32,6 +32,7 @@ pub(super) struct Builder<'a> {
     instances: Vec<Instance>,
     /// The name of the instance that has an id.
     ids: HashMap<u32, String>,
+    warnings: Vec<String>,
 }
 
 /// The consecutive meshes that one `[[mesh]]` became: one, or one for each part.
@@ -56,6 +57,7 @@ impl<'a> Builder<'a> {
             materials: vec![white],
             instances: vec![],
             ids: HashMap::new(),
+            warnings: vec![],
         }
     }
 
@@ -109,6 +111,7 @@ impl<'a> Builder<'a> {
                 .and_then(|picture| picture.exposure)
                 .map_or(1.0, |v| v.f32()),
             shows_light: false,
+            warnings: self.warnings,
         };
         scene.shows_light = match show {
             Some(ShowFile::Ao) => false,

@@ -127,6 +127,24 @@ fn shared_parts_are_baked_once_and_posed_by_the_scene() {
     assert!(rms(&cone, &whole) < 0.15, "{cone:?} {whole:?}");
 }
 
+#[test]
+fn a_scene_says_what_of_its_models_is_not_read() {
+    let (folder, _) = with_file("m.obj", format!("{BOX}{FACES}surf 0 1\n").as_bytes());
+    let scene = folder.path().join("a.toml");
+    let text = "[[mesh]]\nname = 'm'\nfile = 'm.obj'\n[[instance]]\nmesh = 'm'\n[receivers]\n\
+        corner = [-1, -1, -1]\nu = [0, 0, 2]\nv = [2, 0, 0]\ncount = [1, 1]\n[truth]\nsamples = 2\n";
+    fs::write(&scene, text).unwrap();
+    let output = run(
+        "render {} --mode truth -o {}",
+        &[&scene, &folder.path().join("a.csv")],
+    );
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        stderr.contains("mesh `m`: 1 lines are left out"),
+        "{stderr}"
+    );
+}
+
 /// Report 31: a part of one point does not keep the others from being baked.
 #[test]
 fn a_part_that_fails_is_named_and_the_rest_is_baked() {

@@ -289,6 +289,9 @@ mod tests {
         assert_eq!(wheels, ["wheel", "wheel~2"]);
         let rims = names("o left\ng rim\nf 1 2 3\no right\ng rim\nf 2 3 4\n");
         assert_eq!(rims, ["left", "right"]);
+        // An object begins without a group, whatever the one before it had.
+        let begun = names("o a\ng x\nf 1 2 3\no b\nf 1 2 3\ng y\nf 2 3 4\n");
+        assert_eq!(begun, ["a", "b", "b/y"]);
     }
 
     /// Reports 01 and 05: every way to write the same square.

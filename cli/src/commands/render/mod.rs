@@ -38,6 +38,9 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         occluders: args.occluders,
     };
     let mut scene = aogrid_scene::load(&args.scene, load)?;
+    for warning in &scene.warnings {
+        console.warning(&format!("{}: {warning}", scene.path.display()));
+    }
     args.apply_to(&mut scene.truth);
     let target = target(args, kind, &scene, console)?;
     let environment = match &scene.environment {
