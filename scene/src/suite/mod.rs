@@ -331,5 +331,6 @@ fn scene_of(subject: &Subject, pose: &Pose, grid: &GridSource) -> Scene {
         truth: ReferenceOptions::recommended(),
         exposure: 1.0,
         shows_light: false,
+        warnings: vec![],
     }
 }
