@@ -53,8 +53,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let gpu = Gpu::new(wgpu::Features::FLOAT32_BLENDABLE)?;
     println!("{}, {} x {} pixels", gpu.adapter.name, SIZE[0], SIZE[1]);
     let grids = [
-        grid(&Model::Table.mesh(None)?)?,
-        grid(&Model::Torus.mesh(None)?)?,
+        grid(Preset::Default, &Model::Table.mesh(None)?)?,
+        grid(Preset::Default, &Model::Torus.mesh(None)?)?,
     ];
     let flat = gbuffer(&gpu, &floor(1)?);
     println!("\nmilliseconds (median of {ROUNDS}), and the ratio of tiles to raster");
@@ -79,7 +79,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("\nten occluders: milliseconds by raster and in tiles, multiplied and merged");
     for triangles in [1_200, 20_000, 300_000] {
         let mesh = Model::Torus.mesh(Some(triangles))?;
-        let grids = [grid(&mesh)?];
+        let grids = [grid(Preset::Default, &mesh)?];
         let name = format!("{} triangles an occluder", mesh.triangles().len());
         compare(&gpu, &name, &flat, &grids)?;
     }
@@ -93,21 +93,16 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Compares the papers' boxes with far fields that end at several thresholds.
 fn far_fields(gpu: &Gpu, views: &Views) -> Result<(), Box<dyn Error>> {
-    let [paper, default] = [Preset::Paper, Preset::Default].map(|preset| {
-        let baked = |model: Model| grid_by(preset, &model.mesh(None)?);
-        Ok::<_, Box<dyn Error>>([baked(Model::Table)?, baked(Model::Torus)?])
-    });
-    let (paper, default) = (paper?, default?);
     println!("\nmilliseconds of 1000 occluders in tiles by far field, multiplied and merged");
-    let rows = [
-        ("paper, no far field", &paper, 0.0),
-        ("default, no far field", &default, 0.0),
-        ("default, 10 %", &default, 0.1),
-        ("default, 6 %", &default, 0.06),
-        ("default, 3.5 %", &default, 0.035),
-        ("default, 2 %", &default, 0.02),
-    ];
-    for (name, grids, threshold) in rows {
+    for (preset, threshold) in [
+        (Preset::Paper, 0.0),
+        (Preset::Default, 0.0),
+        (Preset::Default, 0.1),
+        (Preset::Default, 0.06),
+        (Preset::Default, 0.035),
+        (Preset::Default, 0.02),
+    ] {
+        let baked = |model: Model| grid(preset, &model.mesh(None)?);
         let mut occluders = crowd(1000);
         for (_, instance) in &mut occluders {
             instance.far_field = Some(threshold);
@@ -115,11 +110,18 @@ fn far_fields(gpu: &Gpu, views: &Views) -> Result<(), Box<dyn Error>> {
         let workload = Workload {
             gpu,
             views,
-            grids,
+            grids: &[baked(Model::Table)?, baked(Model::Torus)?],
             occluders: &occluders,
         };
-        let [multiplied, merged] = workload.measure_tiles()?;
-        println!("{name:>28} {multiplied:>8.2} {merged:>8.2}");
+        let tiles = |combine| {
+            let pass = workload.tiled_pass(combine)?;
+            let mut times = [(); FAR_ROUNDS].map(|()| time(gpu, |e| dispatch(e, &pass)));
+            times.sort_by(f64::total_cmp);
+            Ok::<_, Box<dyn Error>>(times[FAR_ROUNDS / 2])
+        };
+        let (name, multiplied) = (preset.name(), tiles(Combine::Multiply)?);
+        let merged = tiles(Combine::Merge)?;
+        println!("{name:>20} {threshold:>7} {multiplied:>8.2} {merged:>8.2}");
     }
     Ok(())
 }
@@ -198,20 +200,6 @@ impl Workload<'_> {
             after_warm_up.sort_by(f64::total_cmp);
             after_warm_up[ROUNDS / 2]
         }))
-    }
-
-    /// Returns median milliseconds in tiles, multiplied and merged.
-    fn measure_tiles(&self) -> Result<[f64; 2], Box<dyn Error>> {
-        let mut medians = [0.0; 2];
-        for (median, combine) in medians.iter_mut().zip([Combine::Multiply, Combine::Merge]) {
-            let pass = self.tiled_pass(combine)?;
-            let run = || time(self.gpu, |encoder| dispatch(encoder, &pass));
-            run();
-            let mut times: Vec<_> = (0..FAR_ROUNDS).map(|_| run()).collect();
-            times.sort_by(f64::total_cmp);
-            *median = times[FAR_ROUNDS / 2];
-        }
-        Ok(medians)
     }
 
     fn occlusion_pass(&self) -> Result<OcclusionPass, Box<dyn Error>> {
@@ -378,11 +366,7 @@ fn floor(cells: u32) -> Result<TriangleMesh, Box<dyn Error>> {
     Ok(TriangleMesh::new(positions, triangles, vec![part])?)
 }
 
-fn grid(mesh: &TriangleMesh) -> Result<Grid, Box<dyn Error>> {
-    grid_by(Preset::Default, mesh)
-}
-
-fn grid_by(preset: Preset, mesh: &TriangleMesh) -> Result<Grid, Box<dyn Error>> {
+fn grid(preset: Preset, mesh: &TriangleMesh) -> Result<Grid, Box<dyn Error>> {
     let (placement, options) = (preset.placement(), preset.options());
     let source = Source {
         name: "sample".into(),

@@ -15,7 +15,7 @@ pub const LIGHT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 pub const GBUFFER: GBufferFormat = GBufferFormat {
     positions: Positions::World,
     normals: Normals::Unsigned,
-    receivers: Receivers::None,
+    receivers: Receivers::Ids,
     depth: Some(DepthTest {
         format: DEPTH,
         compare: wgpu::CompareFunction::GreaterEqual,

@@ -254,7 +254,7 @@ fn a_bake_that_needs_too_much_memory_is_refused_before_it_begins() {
     );
     assert!(error.contains("--max-memory allows 20 MiB"), "{error}");
     let dry = ok(
-        "bake {} -o {} --resolution 256 --dry-run --json",
+        "bake {} -o {} --resolution 256 --fit off --dry-run --json",
         &[&model, &out],
     );
     let dry: Value = serde_json::from_str(&dry).unwrap();
