@@ -74,14 +74,20 @@ fn pose_keys(pose: &Pose) -> String {
     let linear = DMat3::from_cols_array_2d(&pose.linear);
     // A mirror image is a rotation with a negative scale.
     let scale = linear.determinant().cbrt();
-    let (axis, angle) = DQuat::from_mat3(&(linear * scale.recip()))
-        .normalize()
-        .to_axis_angle();
+    let rotation = DQuat::from_mat3(&(linear * scale.recip())).normalize();
+    // Of the two quaternions of a rotation, the one that turns by at most half a turn.
+    let rotation = if rotation.w < 0.0 {
+        -rotation
+    } else {
+        rotation
+    };
+    let (axis, angle) = rotation.to_axis_angle();
     if pose.translation != [0.0; 3] {
         text += &format!("translate = {:?}\n", pose.translation);
     }
     if angle != 0.0 {
-        let (axis, degrees) = (axis.to_array(), angle.to_degrees());
+        // Adding zero turns −0 into +0.
+        let (axis, degrees) = (axis.to_array().map(|v| v + 0.0), angle.to_degrees());
         text += &format!("rotate = {{ axis = {axis:?}, degrees = {degrees:?} }}\n");
     }
     if scale != 1.0 {
