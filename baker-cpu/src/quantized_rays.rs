@@ -12,7 +12,7 @@ use crate::RayScene;
 /// sweep may differ only where a ray passes an edge within the resolution of single precision.
 pub struct QuantizedMeshRays<'a> {
     mesh: &'a PreparedMesh,
-    /// The BVH, or `None` if no triangle is left.
+    /// The BVH, or `None` if no triangle with an area is left.
     occluder: Option<RayScene>,
 }
 
@@ -25,7 +25,7 @@ impl<'a> QuantizedMeshRays<'a> {
             triangles: 0..mesh.triangles().len(),
         };
         let positions = mesh.vertices().iter().map(in_cells).collect();
-        // The only possible error is a mesh without triangles.
+        // The only possible error is a mesh without triangles that have an area.
         let quantized = TriangleMesh::new(positions, mesh.triangles().to_vec(), vec![whole]);
         Self {
             mesh,

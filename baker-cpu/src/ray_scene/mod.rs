@@ -314,7 +314,9 @@ mod tests {
         };
         let fence: Vec<_> = (0..100_000_u32).map(|i| triangle_at(i as f32)).collect();
         let copies = vec![triangle_at(0.0); 100_000];
-        let degenerate = vec![[[1.0; 3]; 3]; 100_000];
+        // One has an area, away from the ray, and encloses them all in its box.
+        let mut degenerate = vec![[[1.0; 3]; 3]; 100_000];
+        degenerate[0] = [[1.0, 1.0, 0.0], [1.0, 1.0, 1.0], [1.0, 2.0, 1.0]];
         for (triangles, occluded) in [(fence, true), (copies, true), (degenerate, false)] {
             let n = triangles.len();
             let indices = (0..n as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);

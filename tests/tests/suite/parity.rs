@@ -354,15 +354,20 @@ proptest! {
     ) {
         let point = |i: u32| points[i as usize % points.len()].map(f32::from);
         let triangles: Vec<Corners> = corners.iter().map(|t| t.map(point)).collect();
+        // Triangles without area alone are no mesh.
+        prop_assume!(triangles.iter().any(|[a, b, c]| {
+            (0..3).any(|x| {
+                let (y, z) = ((x + 1) % 3, (x + 2) % 3);
+                (b[y] - a[y]) * (c[z] - a[z]) != (b[z] - a[z]) * (c[y] - a[y])
+            })
+        }));
         let mesh = mesh_of(&triangles);
         let extents = [7.0, 6.0, 8.0];
         let spec = GridSpec::new(resolution, [0.25, 0.0, -0.125], extents).unwrap();
         let mesh = PreparedMesh::new(&mesh, spec, BakeOptions::SAMPLE_OFFSET).unwrap();
-        if !mesh.triangles().is_empty() {
-            let bake = Sweeper::new().bake_with_bits(&mesh, size, UNOBSERVED).unwrap();
-            let parity = Parity::new(&mesh, size, bake);
-            prop_assert_eq!(parity.fault(), None);
-            prop_assert!(parity.differences.is_empty(), "{:?}", parity.differences);
-        }
+        let bake = Sweeper::new().bake_with_bits(&mesh, size, UNOBSERVED).unwrap();
+        let parity = Parity::new(&mesh, size, bake);
+        prop_assert_eq!(parity.fault(), None);
+        prop_assert!(parity.differences.is_empty(), "{:?}", parity.differences);
     }
 }

@@ -75,16 +75,18 @@ fn pose_keys(pose: &Pose) -> String {
     // A mirror image is a rotation with a negative scale.
     let scale = linear.determinant().cbrt();
     let rotation = DQuat::from_mat3(&(linear * scale.recip())).normalize();
-    // Of the two quaternions of a rotation, the one of at most half a turn.
-    let (axis, angle) = match rotation.w < 0.0 {
-        true => (-rotation).to_axis_angle(),
-        false => rotation.to_axis_angle(),
+    // Of the two quaternions of a rotation, the one that turns by at most half a turn.
+    let rotation = if rotation.w < 0.0 {
+        -rotation
+    } else {
+        rotation
     };
+    let (axis, angle) = rotation.to_axis_angle();
     if pose.translation != [0.0; 3] {
         text += &format!("translate = {:?}\n", pose.translation);
     }
     if angle != 0.0 {
-        // Adding zero turns −0 into 0.
+        // Adding zero turns −0 into +0.
         let (axis, degrees) = (axis.to_array().map(|v| v + 0.0), angle.to_degrees());
         text += &format!("rotate = {{ axis = {axis:?}, degrees = {degrees:?} }}\n");
     }
