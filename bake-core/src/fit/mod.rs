@@ -47,6 +47,14 @@ const MIN_DISTANCE: f64 = 0.25;
 /// field is smooth, and weights hardly matter; near it they do.
 const MAX_DISTANCE: f64 = 1.0;
 
+/// The largest occluded fraction of a point inside the object that is still seen: in a bowl, a pipe,
+/// a box without a lid. Inside a solid with small holes it is nearer to 1.
+const MAX_CAVITY_FRACTION: f32 = 0.95;
+
+/// The weight of such a point, where one outside has weight 1: little, since beside a thin wall one
+/// side must give way, but all that there is in the middle of the cavity.
+const CAVITY_TRUST: f64 = 0.05;
+
 /// The finer lattice of points around a mesh, baked.
 #[derive(Clone, Debug)]
 pub struct NearSurface<'a> {
@@ -81,9 +89,9 @@ pub(crate) fn fit(
             false => EXTERIOR_HOLD,
         }
     });
-    for (position, exact) in points(near, raw) {
+    for (position, exact, trust) in points(near, raw) {
         if system.touches(position) {
-            system.push(position, exact);
+            system.push(position, exact, trust);
         }
     }
     system.weigh(|position| {
@@ -119,23 +127,30 @@ fn unknowns(raw: &RawGrid, classes: &[CellClass], surface: &Surface) -> Vec<usiz
 }
 
 /// Returns the usable points of the lattice: their positions in cells of the grid (cell (i, j, k)
-/// has its center at i + ½, …) and exact values. Points inside the object are nobody's.
+/// has its center at i + ½, …), exact values and weights. Points inside a solid are nobody's.
 fn points<'a>(
     near: &'a NearSurface<'_>,
     raw: &'a RawGrid,
-) -> impl Iterator<Item = ([f64; 3], Stored)> + 'a {
+) -> impl Iterator<Item = ([f64; 3], Stored, f64)> + 'a {
     let points = &near.points;
     let size = raw.spec.cell_size();
     let resolution = raw.spec.resolution();
     let classification = Classification::of(points);
-    let usable =
-        move |idx: &usize| !classification.classes()[*idx].is_interior && !points.is_enclosed(*idx);
-    (0..points.moments.len()).filter(usable).map(move |idx| {
-        let from_center = points
-            .spec
-            .sample_from_center(points.spec.cell_at(idx), [0.0; 3]);
-        let position =
-            std::array::from_fn(|x| from_center[x] / size[x] + 0.5 * f64::from(resolution[x]));
-        (position, Stored::of(&points.moments[idx]))
-    })
+    let trust = move |idx: usize| match classification.classes()[idx].is_interior {
+        false if points.is_enclosed(idx) => 0.0,
+        false => 1.0,
+        true if points.moments[idx].a <= MAX_CAVITY_FRACTION => CAVITY_TRUST,
+        true => 0.0,
+    };
+    let trusted = (0..points.moments.len()).map(move |idx| (idx, trust(idx)));
+    trusted
+        .filter(|(_, trust)| *trust > 0.0)
+        .map(move |(idx, trust)| {
+            let from_center = points
+                .spec
+                .sample_from_center(points.spec.cell_at(idx), [0.0; 3]);
+            let position =
+                std::array::from_fn(|x| from_center[x] / size[x] + 0.5 * f64::from(resolution[x]));
+            (position, Stored::of(&points.moments[idx]), trust)
+        })
 }

@@ -93,8 +93,8 @@ impl<'a> System<'a> {
         stencil.is_some_and(|(cells, _)| cells.iter().any(|&c| self.unknown_of[c] != KNOWN))
     }
 
-    /// Adds a point whose interpolated value shall be `exact`.
-    pub(super) fn push(&mut self, position: [f64; 3], exact: Stored) {
+    /// Adds a point whose interpolated value shall be `exact`, and its weight.
+    pub(super) fn push(&mut self, position: [f64; 3], exact: Stored, weight: f64) {
         let Some((cells, filter)) = self.stencil(position) else {
             return;
         };
@@ -107,14 +107,14 @@ impl<'a> System<'a> {
             unknowns: cells.map(|cell| self.unknown_of[cell]),
             filter,
             residual,
-            weight: 1.0,
+            weight,
         });
     }
 
-    /// Weights all points by a function of their position, in parallel.
+    /// Multiplies the weights of all points by a function of their position, in parallel.
     pub(super) fn weigh(&mut self, weight: impl Fn([f64; 3]) -> f64 + Sync) {
         let points = self.points.par_iter_mut();
-        points.for_each(|point| point.weight = weight(point.position));
+        points.for_each(|point| point.weight *= weight(point.position));
     }
 
     /// Solves the problem and returns the unknown cells with their new values.
@@ -315,7 +315,7 @@ mod tests {
             for (&y, &x) in steps.iter().flat_map(|y| steps.iter().map(move |x| (y, x))) {
                 let exact = interpolated(&system, &truth, [x, y, z]);
                 if system.touches([x, y, z]) {
-                    system.push([x, y, z], Stored(exact));
+                    system.push([x, y, z], Stored(exact), 1.0);
                 }
             }
         }
@@ -335,7 +335,7 @@ mod tests {
         let values = vec![Stored([0.0; 4]); 512];
         let cells = [4 * 73];
         let mut system = System::new(&spec(), &values, &cells, |_| 1e12);
-        system.push([4.5; 3], Stored([1.0; 4]));
+        system.push([4.5; 3], Stored([1.0; 4]), 1.0);
         let (cell, value) = system.solve().next().unwrap();
         assert_eq!(cell, 292);
         assert!(value.0.iter().all(|v| v.abs() < 1e-9), "{value:?}");
