@@ -1,6 +1,7 @@
 //! The classes of a grid's cells: inside the object or outside.
 
 use aogrid_grid_format::Inside;
+use rayon::prelude::*;
 
 use crate::RawGrid;
 use crate::layers::CellClass;
@@ -17,18 +18,11 @@ impl Classification {
     /// Classifies every cell. Cells whose every direction is occluded are interior, and so are
     /// those that the grid's signed layers, if it has them, show to be inside.
     pub fn of(raw: &RawGrid) -> Self {
-        let class = |idx: usize| {
-            let is_enclosed = raw.is_enclosed(idx);
-            match &raw.layers {
-                Some(layers) => layers.class(raw.spec.cell_at(idx), is_enclosed),
-                None => CellClass {
-                    is_interior: is_enclosed,
-                    ..CellClass::default()
-                },
-            }
-        };
         Self {
-            classes: (0..raw.counts.len()).map(class).collect(),
+            classes: (0..raw.counts.len())
+                .into_par_iter()
+                .map(|idx| class_of(raw, idx))
+                .collect(),
             is_open: raw.layers.is_some(),
         }
     }
@@ -57,5 +51,17 @@ impl Classification {
 
     fn count(&self, predicate: impl Fn(&CellClass) -> bool) -> usize {
         self.classes.iter().filter(|class| predicate(class)).count()
+    }
+}
+
+/// Returns the class of the cell at `idx`, see [`Classification::of`].
+pub(crate) fn class_of(raw: &RawGrid, idx: usize) -> CellClass {
+    let is_enclosed = raw.is_enclosed(idx);
+    match &raw.layers {
+        Some(layers) => layers.class(raw.spec.cell_at(idx), is_enclosed),
+        None => CellClass {
+            is_interior: is_enclosed,
+            ..CellClass::default()
+        },
     }
 }

@@ -20,10 +20,12 @@ mod overlap;
 mod surface;
 mod system;
 
-use aogrid_grid_format::Sampling;
+use aogrid_grid_format::{GridSpec, Sampling};
+use rayon::prelude::*;
 
 pub(crate) use lattice::lattice;
 
+use crate::classification::class_of;
 use crate::layers::CellClass;
 use crate::{BakeOptions, Classification, RawGrid, TriangleMesh};
 use surface::Surface;
@@ -79,7 +81,7 @@ pub(crate) fn fit(
     classification: &Classification,
     near: &NearSurface<'_>,
 ) -> Vec<[f32; 4]> {
-    let mut values: Vec<Stored> = raw.moments.iter().map(Stored::of).collect();
+    let mut values: Vec<Stored> = raw.moments.par_iter().map(Stored::of).collect();
     let surface = Surface::new(near.mesh, &raw.spec);
     let classes = classification.classes();
     let unknowns = unknowns(raw, classes, &surface);
@@ -89,11 +91,13 @@ pub(crate) fn fit(
             false => EXTERIOR_HOLD,
         }
     });
-    for (position, exact, trust) in points(near, raw) {
-        if system.touches(position) {
-            system.push(position, exact, trust);
-        }
-    }
+    let points = &near.points;
+    let [xs, ys, zs] = positions(&points.spec, &raw.spec);
+    let position = |idx: usize| {
+        let [i, j, k] = points.spec.cell_at(idx).map(|at| at as usize);
+        [xs[i], ys[j], zs[k]]
+    };
+    system.add(points.moments.len(), position, |idx| value(points, idx));
     system.weigh(|position| {
         let distance = surface.distance(position, MAX_DISTANCE);
         1.0 / distance.max(MIN_DISTANCE)
@@ -126,31 +130,29 @@ fn unknowns(raw: &RawGrid, classes: &[CellClass], surface: &Surface) -> Vec<usiz
         .collect()
 }
 
-/// Returns the usable points of the lattice: their positions in cells of the grid (cell (i, j, k)
-/// has its center at i + ½, …), exact values and weights. Points inside a solid are nobody's.
-fn points<'a>(
-    near: &'a NearSurface<'_>,
-    raw: &'a RawGrid,
-) -> impl Iterator<Item = ([f64; 3], Stored, f64)> + 'a {
-    let points = &near.points;
-    let size = raw.spec.cell_size();
-    let resolution = raw.spec.resolution();
-    let classification = Classification::of(points);
-    let trust = move |idx: usize| match classification.classes()[idx].is_interior {
-        false if points.is_enclosed(idx) => 0.0,
+/// Returns the positions of the lattice's points along each axis, in cells of the grid: cell i has
+/// its center at i + ½.
+fn positions(points: &GridSpec, grid: &GridSpec) -> [Vec<f64>; 3] {
+    let [of_points, of_grid] = [points, grid].map(GridSpec::center);
+    let size = grid.cell_size();
+    [0, 1, 2].map(|x| {
+        let middle = (f64::from(of_points[x]) - f64::from(of_grid[x])) / size[x]
+            + 0.5 * f64::from(grid.resolution()[x]);
+        let n = points.resolution()[x];
+        let step = points.cell_size()[x] / size[x];
+        let from_middle = |i: u32| (f64::from(i) - 0.5 * f64::from(n - 1)) * step;
+        (0..n).map(|i| middle + from_middle(i)).collect()
+    })
+}
+
+/// Returns the exact value of a point and its weight; `None` for a point inside a solid.
+fn value(points: &RawGrid, idx: usize) -> Option<(Stored, f64)> {
+    let moments = &points.moments[idx];
+    let weight = match class_of(points, idx).is_interior {
+        _ if points.is_enclosed(idx) => return None,
         false => 1.0,
-        true if points.moments[idx].a <= MAX_CAVITY_FRACTION => CAVITY_TRUST,
-        true => 0.0,
+        true if moments.a <= MAX_CAVITY_FRACTION => CAVITY_TRUST,
+        true => return None,
     };
-    let trusted = (0..points.moments.len()).map(move |idx| (idx, trust(idx)));
-    trusted
-        .filter(|(_, trust)| *trust > 0.0)
-        .map(move |(idx, trust)| {
-            let from_center = points
-                .spec
-                .sample_from_center(points.spec.cell_at(idx), [0.0; 3]);
-            let position =
-                std::array::from_fn(|x| from_center[x] / size[x] + 0.5 * f64::from(resolution[x]));
-            (position, Stored::of(&points.moments[idx]), trust)
-        })
+    Some((Stored::of(moments), weight))
 }

@@ -15,14 +15,18 @@ const BIN: f64 = 0.5;
 /// they are small, and some of them, evenly spread, are as good as all.
 const MAX_SEARCHED: usize = 8;
 
+/// The index of a bin without a point.
+const NONE: u32 = u32::MAX;
+
 /// A mesh in coordinates of a grid's cells: cell (i, j, k) reaches from (i, j, k) to (i + 1, j + 1,
 /// k + 1).
 pub(super) struct Surface {
     /// The number of bins along x, y and z.
     bins: [usize; 3],
-    /// A point of the surface in each bin, near the bin's center, x fastest; `None` where the
-    /// surface does not cross the bin.
-    points: Vec<Option<[f64; 3]>>,
+    /// The index of a bin's point, x fastest, or [`NONE`] where the surface does not cross the bin.
+    indices: Vec<u32>,
+    /// A point of the surface in each bin that it crosses, near the bin's center.
+    points: Vec<[f64; 3]>,
 }
 
 impl Surface {
@@ -55,14 +59,25 @@ impl Surface {
                 let member = members[nth * members.len() / searched];
                 closest_point(center, triangles[member as usize])
             });
-            candidates.min_by(|p, q| {
-                squared_distance(center, *p).total_cmp(&squared_distance(center, *q))
-            })
+            let nearer = |p, q| match squared_distance(center, q) < squared_distance(center, p) {
+                true => q,
+                false => p,
+            };
+            candidates
+                .reduce(nearer)
+                .expect("a crossed bin has a triangle")
         };
-        let points = (0..bins.iter().product()).into_par_iter().map(point);
+        let crossed: Vec<usize> = (0..members.ends.len())
+            .filter(|&bin| !members.of(bin).is_empty())
+            .collect();
+        let mut indices = vec![NONE; members.ends.len()];
+        for (idx, &bin) in (0..).zip(&crossed) {
+            indices[bin] = idx;
+        }
         Self {
             bins,
-            points: points.collect(),
+            indices,
+            points: crossed.into_par_iter().map(point).collect(),
         }
     }
 
@@ -78,7 +93,9 @@ impl Surface {
             ];
             [0, 1, 2].map(|x| first[x] + offset[x])
         });
-        around.into_iter().any(|bin| self.point(bin).is_some())
+        around
+            .into_iter()
+            .any(|[i, j, k]| self.indices[(k * self.bins[1] + j) * self.bins[0] + i] != NONE)
     }
 
     /// Returns the distance between a position and the surface, in cells, as far as the points of
@@ -92,15 +109,14 @@ impl Surface {
         let mut nearest = max * max;
         for (k, j) in zs.flat_map(|k| ys.clone().map(move |j| (k, j))) {
             let row = (k * self.bins[1] + j) * self.bins[0];
-            for point in self.points[row + xs.start..row + xs.end].iter().flatten() {
-                nearest = nearest.min(squared_distance(position, *point));
+            for &idx in &self.indices[row + xs.start..row + xs.end] {
+                if idx != NONE {
+                    let point = self.points[idx as usize];
+                    nearest = nearest.min(squared_distance(position, point));
+                }
             }
         }
         nearest.sqrt()
-    }
-
-    fn point(&self, [i, j, k]: [usize; 3]) -> Option<[f64; 3]> {
-        self.points[(k * self.bins[1] + j) * self.bins[0] + i]
     }
 }
 

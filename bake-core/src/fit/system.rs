@@ -12,6 +12,9 @@ const RELATIVE_RESIDUAL: f64 = 1e-3;
 /// The maximum number of iterations; the fit needs 3 to 7.
 const MAX_ITERATIONS: usize = 100;
 
+/// The minimum number of rows that a thread takes at once.
+const MIN_ROWS: usize = 256;
+
 /// No unknown: the cell keeps its value.
 const KNOWN: u32 = u32::MAX;
 
@@ -52,6 +55,17 @@ pub(super) struct System<'a> {
     points: Vec<Point>,
 }
 
+/// A row of the normal equations: the factors of the unknowns among a cell and its 26 neighbors, x
+/// fastest.
+struct Row {
+    factors: [f64; 27],
+    /// The unknowns, or [`KNOWN`], whose factors do not count.
+    unknowns: [u32; 27],
+}
+
+/// The slot of a row that stands for the cell itself.
+const SELF: usize = 13;
+
 /// A point with a given value.
 struct Point {
     position: [f64; 3],
@@ -87,28 +101,42 @@ impl<'a> System<'a> {
         }
     }
 
-    /// Whether the filter reads an unknown at this position, in cells.
-    pub(super) fn touches(&self, position: [f64; 3]) -> bool {
-        let stencil = self.stencil(position);
-        stencil.is_some_and(|(cells, _)| cells.iter().any(|&c| self.unknown_of[c] != KNOWN))
+    /// Adds those of `count` points for which the filter reads an unknown: `position` gives the
+    /// position of a point in cells, and `value` that which shall be interpolated there, with its
+    /// weight.
+    pub(super) fn add(
+        &mut self,
+        count: usize,
+        position: impl Fn(usize) -> [f64; 3] + Sync,
+        value: impl Fn(usize) -> Option<(Stored, f64)> + Sync,
+    ) {
+        let point = |idx: usize| self.point(position(idx), || value(idx));
+        let read: Vec<Point> = (0..count).into_par_iter().filter_map(point).collect();
+        self.points.extend(read);
     }
 
-    /// Adds a point whose interpolated value shall be `exact`, and its weight.
-    pub(super) fn push(&mut self, position: [f64; 3], exact: Stored, weight: f64) {
-        let Some((cells, filter)) = self.stencil(position) else {
-            return;
-        };
+    fn point(
+        &self,
+        position: [f64; 3],
+        value: impl Fn() -> Option<(Stored, f64)>,
+    ) -> Option<Point> {
+        let (cells, filter) = self.stencil(position)?;
+        let unknowns = cells.map(|cell| self.unknown_of[cell]);
+        if unknowns == [KNOWN; 8] {
+            return None;
+        }
+        let (exact, weight) = value()?;
         let mut residual = exact.0;
         for (&cell, t) in cells.iter().zip(filter) {
             (0..4).for_each(|c| residual[c] -= t * self.values[cell].0[c]);
         }
-        self.points.push(Point {
+        Some(Point {
             position,
-            unknowns: cells.map(|cell| self.unknown_of[cell]),
+            unknowns,
             filter,
             residual,
             weight,
-        });
+        })
     }
 
     /// Multiplies the weights of all points by a function of their position, in parallel.
@@ -158,7 +186,8 @@ impl<'a> System<'a> {
     /// Returns the changes of the unknowns that minimize the sum, by Jacobi-preconditioned
     /// conjugate gradients from zero, each channel by itself. Every sum has a fixed order.
     fn conjugate_gradients(&self) -> Vec<[f64; 4]> {
-        let diagonal = self.diagonal();
+        let normal = self.normal();
+        let diagonal: Vec<f64> = normal.iter().map(|row| row.factors[SELF]).collect();
         let mut residual = self.right_hand_side();
         let mut change = vec![[0.0; 4]; self.cells.len()];
         let mut direction: Vec<[f64; 4]> = precondition(&residual, &diagonal);
@@ -169,7 +198,7 @@ impl<'a> System<'a> {
             if (0..4).all(|c| left[c] <= enough[c]) {
                 break;
             }
-            let product = self.multiply(&direction);
+            let product = multiply(&normal, &direction);
             let curvature = dots(&direction, &product);
             let step = [0, 1, 2, 3].map(|c| ratio(rho[c], curvature[c]));
             for (idx, product) in product.iter().enumerate() {
@@ -189,15 +218,39 @@ impl<'a> System<'a> {
         change
     }
 
-    /// Returns the diagonal of the normal equations.
-    fn diagonal(&self) -> Vec<f64> {
-        let mut diagonal = self.holds.clone();
+    /// Returns the matrix of the normal equations, a row for each unknown.
+    fn normal(&self) -> Vec<Row> {
+        let [nx, ny, nz] = self.resolution.map(|n| n as isize);
+        let neighbor = |cell: usize, slot: usize| {
+            let cell = cell as isize;
+            let at = [cell % nx, cell / nx % ny, cell / (nx * ny)];
+            let step = [slot % 3, slot / 3 % 3, slot / 9].map(|s| s as isize - 1);
+            let [i, j, k] = [0, 1, 2].map(|x| at[x] + step[x]);
+            let inside = (0..nx).contains(&i) && (0..ny).contains(&j) && (0..nz).contains(&k);
+            match inside {
+                true => self.unknown_of[((k * ny + j) * nx + i) as usize],
+                false => KNOWN,
+            }
+        };
+        let rows = self.cells.par_iter().zip(&self.holds);
+        let mut rows: Vec<Row> = rows
+            .map(|(&cell, &hold)| Row {
+                factors: std::array::from_fn(|slot| if slot == SELF { hold } else { 0.0 }),
+                unknowns: std::array::from_fn(|slot| neighbor(cell, slot)),
+            })
+            .collect();
         for point in &self.points {
-            for (unknown, t) in point.read() {
-                diagonal[unknown] += point.weight * t * t;
+            for (a, unknown) in point.unknowns.into_iter().enumerate() {
+                if unknown != KNOWN {
+                    let row = &mut rows[unknown as usize];
+                    let t = point.weight * point.filter[a];
+                    for (b, u) in point.filter.iter().enumerate() {
+                        row.factors[slot(a, b)] += t * u;
+                    }
+                }
             }
         }
-        diagonal
+        rows
     }
 
     /// Returns the right-hand side of the normal equations.
@@ -207,20 +260,6 @@ impl<'a> System<'a> {
             point.spread(point.residual, &mut sums);
         }
         sums
-    }
-
-    /// Multiplies a vector by the matrix of the normal equations.
-    fn multiply(&self, vector: &[[f64; 4]]) -> Vec<[f64; 4]> {
-        let held = vector.iter().zip(&self.holds);
-        let mut product: Vec<[f64; 4]> = held.map(|(v, hold)| v.map(|v| v * hold)).collect();
-        for point in &self.points {
-            let mut interpolated = [0.0; 4];
-            for (unknown, t) in point.read() {
-                (0..4).for_each(|c| interpolated[c] += t * vector[unknown][c]);
-            }
-            point.spread(interpolated, &mut product);
-        }
-        product
     }
 }
 
@@ -238,6 +277,30 @@ impl Point {
             (0..4).for_each(|c| sums[unknown][c] += self.weight * t * value[c]);
         }
     }
+}
+
+/// Returns the slot in the row of the cell at corner `a` of a filter's eight that stands for the cell
+/// at corner `b`.
+fn slot(a: usize, b: usize) -> usize {
+    let along = |bit: usize| 1 + (b >> bit & 1) - (a >> bit & 1);
+    along(2) * 9 + along(1) * 3 + along(0)
+}
+
+/// Multiplies a vector by the matrix of the normal equations.
+fn multiply(rows: &[Row], vector: &[[f64; 4]]) -> Vec<[f64; 4]> {
+    let product = |row: &Row| {
+        let mut sum = [0.0; 4];
+        for (factor, &unknown) in row.factors.iter().zip(&row.unknowns) {
+            if unknown != KNOWN {
+                (0..4).for_each(|c| sum[c] += factor * vector[unknown as usize][c]);
+            }
+        }
+        sum
+    };
+    rows.par_iter()
+        .with_min_len(MIN_ROWS)
+        .map(product)
+        .collect()
 }
 
 /// Returns a/b, or 0 where a channel has nothing left to solve.
@@ -311,14 +374,14 @@ mod tests {
         let mut system = System::new(&spec(), &values, &cells, |_| 1e-9);
         let steps = (0..22).map(|i| 0.51 + f64::from(i) * 0.31);
         let steps: Vec<f64> = steps.collect();
-        for &z in &steps {
-            for (&y, &x) in steps.iter().flat_map(|y| steps.iter().map(move |x| (y, x))) {
-                let exact = interpolated(&system, &truth, [x, y, z]);
-                if system.touches([x, y, z]) {
-                    system.push([x, y, z], Stored(exact), 1.0);
-                }
-            }
-        }
+        let n = steps.len();
+        let positions = (0..n * n * n).map(|i| [i % n, i / n % n, i / (n * n)].map(|s| steps[s]));
+        let positions: Vec<[f64; 3]> = positions.collect();
+        let exact = positions.iter().map(|&p| interpolated(&system, &truth, p));
+        let exact: Vec<_> = exact.collect();
+        let value = |idx: usize| Some((Stored(exact[idx]), 1.0));
+        system.add(positions.len(), |idx| positions[idx], value);
+        assert!(system.points.len() < n * n * n);
         system.weigh(|_| 1.0);
         let mut largest = 0.0_f64;
         for (cell, value) in system.solve() {
@@ -335,7 +398,7 @@ mod tests {
         let values = vec![Stored([0.0; 4]); 512];
         let cells = [4 * 73];
         let mut system = System::new(&spec(), &values, &cells, |_| 1e12);
-        system.push([4.5; 3], Stored([1.0; 4]), 1.0);
+        system.add(1, |_| [4.5; 3], |_| Some((Stored([1.0; 4]), 1.0)));
         let (cell, value) = system.solve().next().unwrap();
         assert_eq!(cell, 292);
         assert!(value.0.iter().all(|v| v.abs() < 1e-9), "{value:?}");
