@@ -16,9 +16,9 @@ const MIN_RELATIVE_EXTENT: f64 = 1.0 / 16.0;
 /// outside despite all rounding, and near enough to be the sample that a receiver on the face sees.
 const SNAP_DISTANCE: f64 = 0.02;
 
-/// The smallest factor by which snapping may shrink cells. A plate thinner than that has both of
-/// its layers outside already.
-const MIN_SNAP_FACTOR: f64 = 1.0 / 3.0;
+/// The smallest factor by which snapping may shrink cells, and the box with them, which the far field
+/// needs to be large. A plate thinner than that has both of its layers outside already.
+const MIN_SNAP_FACTOR: f64 = 0.55;
 
 /// The resolution and the size of a grid around an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,9 +113,17 @@ impl Placement {
 fn snapped(extent: f64, r: f64, n: u32) -> f64 {
     let n = f64::from(n);
     let (size, half) = (2.0 * extent / n, if n % 2.0 == 0.0 { 0.5 } else { 0.0 });
-    // Centers lie at (layer + half) cells from the middle.
-    let layer = (r / size - half).round().max(1.0);
-    let snapped_size = r / (layer + half - SNAP_DISTANCE);
+    // Centers lie at (layer + half) cells from the middle, and the first of them around a thin plate.
+    let first = 1.0 - 2.0 * half;
+    let snapped_to = |layer: f64| r / (layer + half - SNAP_DISTANCE);
+    let nearest = (r / size - half).round().max(first);
+    // Of the layers around that one, the one that changes the cells least.
+    let candidates = [nearest, nearest + 1.0].map(snapped_to);
+    let change = |snapped: f64| (snapped / size).ln().abs();
+    let snapped_size = match change(candidates[1]) < change(candidates[0]) {
+        true => candidates[1],
+        false => candidates[0],
+    };
     match snapped_size >= MIN_SNAP_FACTOR * size {
         true => 0.5 * n * snapped_size,
         false => extent,
@@ -212,7 +220,7 @@ mod tests {
                     "{r:?} {x}: {outside}"
                 );
                 let change = snapped.half_extents()[x] / free.half_extents()[x];
-                assert!((0.33..1.5).contains(&change), "{r:?} {x}: {change}");
+                assert!((0.55..1.9).contains(&change), "{r:?} {x}: {change}");
             }
         }
         // A sheet has no faces to meet along its normal.

@@ -17,6 +17,7 @@
 mod closest;
 mod lattice;
 mod overlap;
+mod stored;
 mod surface;
 mod system;
 
@@ -28,8 +29,9 @@ pub(crate) use lattice::lattice;
 use crate::classification::class_of;
 use crate::layers::CellClass;
 use crate::{BakeOptions, Classification, RawGrid, TriangleMesh};
+use stored::Stored;
 use surface::Surface;
-use system::{Stored, System};
+use system::System;
 
 /// The face size of the lattice's points. Their errors average out over the points of a cell; 4 is
 /// too coarse, and 16 gains nothing.
