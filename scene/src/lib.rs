@@ -68,7 +68,7 @@ pub struct Scene {
     pub exposure: f32,
     /// Whether pictures show light; otherwise they show 1 − AO.
     pub shows_light: bool,
-    /// What the readers of the meshes left out or guessed, one line each.
+    /// Notes of the mesh readers about what they left out or guessed, one line each.
     pub warnings: Vec<String>,
 }
 

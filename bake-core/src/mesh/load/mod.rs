@@ -41,7 +41,7 @@ pub struct LoadedMesh {
     pub name: String,
     /// BLAKE3 hash of the bytes of all files that were read, in hexadecimal.
     pub blake3: String,
-    /// What was left out or guessed, a sentence each without a full stop.
+    /// Notes about what was left out or guessed, a sentence each without a full stop.
     pub warnings: Vec<String>,
     /// The rounding of the coordinates in the file, in object units: half the step of single floats
     /// at the largest of them, or zero for numbers of double precision.

@@ -102,7 +102,7 @@ enum Outline {
     Fan,
     /// The polygon needs more than a fan, unless it crosses itself.
     Concave,
-    /// What the polygon encloses one way round is as large as what it encloses the other way round.
+    /// The polygon encloses as large an area one way round as the other way round.
     Crossing,
 }
 

@@ -58,8 +58,8 @@ pub(crate) struct Args {
     /// Seed of the rays, and of the suite's receivers [default: the scene's, else 0]
     #[arg(long)]
     seed: Option<u64>,
-    /// Of a scene: the file for panels (.png) or for receivers (.csv); may be given twice. Of the
-    /// suite: the folder for receivers with their truth, and for the report suite.json
+    /// The file for a scene's panels (.png) or its receivers (.csv), or both; for the suite, the
+    /// folder for its receivers with their truth, and for the report suite.json
     #[arg(short, long)]
     out: Vec<PathBuf>,
     /// Take the truth that is in the suite's folder already instead of tracing it again

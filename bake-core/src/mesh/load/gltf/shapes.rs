@@ -18,7 +18,7 @@ pub(super) struct Shape {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// What of the meshes that were read so far a bake treats otherwise than a renderer.
+/// The properties of the meshes read so far that a bake treats otherwise than a renderer.
 #[derive(Default)]
 pub(super) struct Notes {
     transparent: BTreeSet<usize>,
