@@ -117,7 +117,7 @@ fn snapped(extent: f64, r: f64, n: u32) -> f64 {
     let first = 1.0 - 2.0 * half;
     let snapped_to = |layer: f64| r / (layer + half - SNAP_DISTANCE);
     let nearest = (r / size - half).round().max(first);
-    // Of the layers around that one, the one that changes the cells least.
+    // The neighboring layer may change the cells less.
     let candidates = [nearest, nearest + 1.0].map(snapped_to);
     let change = |snapped: f64| (snapped / size).ln().abs();
     let snapped_size = match change(candidates[1]) < change(candidates[0]) {

@@ -18,7 +18,7 @@ pub use surface::{surface_points, truth, winding_number};
 use aogrid_bake_core::{BakeOptions, Placement, RawGrid, TriangleMesh, UNOBSERVED, post};
 use aogrid_grid_format::{BoundaryMode, Encoding, Grid, Source, TexelFormat};
 
-/// Returns the recommended options with samples exactly at cell centers, no boundary treatment and
+/// Returns the options of the papers with samples exactly at cell centers, no boundary treatment and
 /// unquantized values.
 pub fn exact_options() -> BakeOptions {
     BakeOptions {

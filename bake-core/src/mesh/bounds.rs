@@ -32,7 +32,7 @@ impl Bounds {
         let mut any = false;
         for t in triangles {
             let corners = t.map(|v| positions[v as usize]);
-            // What is within the bounds need not be measured.
+            // A corner within the bounds need not be measured.
             if any && corners.iter().all(|p| bounds.contains(*p)) {
                 continue;
             }

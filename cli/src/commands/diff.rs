@@ -138,7 +138,7 @@ fn compare(a: &Grid, b: &Grid, tolerance: f64) -> Difference {
         if off > worst {
             (worst, at) = (off, idx);
         }
-        // Where little is occluded, axes are noise; times the occlusion they count as little.
+        // Axes are noise if little is occluded; times the occlusion they count as little.
         let component = |cone: [f32; 4], x: usize| f64::from(cone[x]) * f64::from(cone[3]);
         let components = (0..3).map(|x| (component(p, x) - component(q, x)).abs());
         along_axes = components.fold(along_axes, f64::max);

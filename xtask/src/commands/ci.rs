@@ -35,7 +35,7 @@ const CHECKS: [Check; 5] = [
         args: "clippy --workspace --all-targets --locked -- -D warnings",
         rustdoc: "",
     },
-    // What a browser needs: neither blocking waits nor threads nor clocks.
+    // The configuration for a browser: no blocking waits, threads or clocks.
     Check {
         name: "browser",
         args: "check --locked --no-default-features -p aogrid-baker-gpu -p aogrid-runtime",

@@ -69,7 +69,7 @@ fn expanded(model: &Path) -> anyhow::Result<Vec<PathBuf>> {
     if model.exists() || !pattern.contains(['*', '?']) {
         return Ok(vec![model.to_owned()]);
     }
-    // Where no shell has done it: in Windows, or between quotes.
+    // A pattern arrives here if no shell has expanded it: in Windows, or between quotes.
     let folder = match model.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),

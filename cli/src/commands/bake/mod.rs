@@ -133,7 +133,7 @@ impl Batch<'_> {
                 Err(error) => self.fail(&job.title, error)?,
             }
         }
-        // What shares the mesh of a part that failed has no grid either.
+        // A part that shares the mesh of one that failed has no grid either.
         let is_baked: Vec<bool> = (0..jobs.len())
             .map(|idx| posed.iter().any(|(job, _)| job.part == Some(idx)))
             .collect();

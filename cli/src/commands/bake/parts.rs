@@ -75,7 +75,7 @@ fn pose_keys(pose: &Pose) -> String {
     // A mirror image is a rotation with a negative scale.
     let scale = linear.determinant().cbrt();
     let rotation = DQuat::from_mat3(&(linear * scale.recip())).normalize();
-    // Of the two quaternions of a rotation, the one that turns by at most half a turn.
+    // A rotation has two quaternions; this one turns by at most half a turn.
     let rotation = if rotation.w < 0.0 {
         -rotation
     } else {

@@ -184,7 +184,7 @@ fn all_errors(options: &ReferenceOptions, seeds: u64) -> Vec<[f64; 2]> {
 fn check_errors(name: &str, errors: &[[f64; 2]], min_within: f64) {
     let n = errors.len() as f64;
     let bias = errors.iter().map(|[error, _]| error).sum::<f64>() / n;
-    // Where every ray or none hits, the standard error is 0, and the error that of single floats.
+    // If every ray or none hits, the standard error is 0, and the error that of single floats.
     let is_within = |[error, standard]: &&[f64; 2]| error.abs() <= 2.0 * standard + 1e-6;
     let within = errors.iter().filter(is_within).count() as f64 / n;
     println!("{name}: bias {bias:.1e}, {within:.4} of {n} within twice the standard error");
