@@ -36,6 +36,7 @@ mod classification;
 pub mod cube_face;
 mod face_bits;
 mod face_sums;
+mod far_field;
 mod fit;
 pub mod layers;
 pub mod models;

@@ -2,8 +2,9 @@
 
 use aogrid_grid_format::{Grid, GridSpec, Source, SpecError};
 
+use crate::far_field;
 use crate::fit::{self, NearSurface};
-use crate::post::{self, PostError};
+use crate::post::{self, PostError, Refinements};
 use crate::{BakeOptions, OptionsError, Placement, PlacementError, RawGrid, TriangleMesh};
 
 /// The reason that a grid cannot be baked, besides those of the baker.
@@ -19,6 +20,9 @@ pub enum PipelineError {
     /// The lattice of the near-surface fit is too large.
     #[error("the near-surface fit's lattice is invalid: lower the resolution, or bake without it")]
     Lattice(#[source] SpecError),
+    /// The points of the far field lie too far away.
+    #[error("the far field reaches beyond the range of single floats: scale the model down")]
+    FarField(#[source] SpecError),
     /// The moments cannot become a grid.
     #[error(transparent)]
     Post(#[from] PostError),
@@ -26,8 +30,9 @@ pub enum PipelineError {
 
 /// Bakes the grid of `mesh` at `placement` with `options`, for the record of `source`.
 ///
-/// `visibility` bakes the moments of a grid's cells, by any baker. It is called once, and for the
-/// near-surface fit a second time for a finer lattice around the object.
+/// `visibility` bakes the moments of a grid's cells, by any baker. It is called once, and with the
+/// options that need it for a finer lattice around the object (the near-surface fit) and for a coarse
+/// one around the box (the far field).
 ///
 /// # Errors
 ///
@@ -61,15 +66,18 @@ pub fn bake_grid_at<E: From<PipelineError>>(
 ) -> Result<Grid, E> {
     options.validate().map_err(PipelineError::from)?;
     let raw = visibility(spec, options)?;
-    let near = match options.fit {
-        true => {
-            let lattice = near_surface_lattice(&spec, mesh)?;
-            let points = visibility(lattice, &fit::point_options(options))?;
-            Some(NearSurface { mesh, points })
-        }
-        false => None,
-    };
-    let grid = post::finish(raw, near.as_ref(), placement, options, source);
+    let mut refinements = Refinements::default();
+    if options.fit {
+        let lattice = near_surface_lattice(&spec, mesh)?;
+        let points = visibility(lattice, &fit::point_options(options))?;
+        refinements.near = Some(NearSurface { mesh, points });
+    }
+    if far_field::is_needed(options) {
+        let lattice = far_field::lattice(&spec).map_err(PipelineError::FarField)?;
+        let points = visibility(lattice, &far_field::point_options(options))?;
+        refinements.flatness = far_field::flatness(&raw, &points);
+    }
+    let grid = post::finish(raw, &refinements, placement, options, source);
     Ok(grid.map_err(PipelineError::from)?)
 }
 

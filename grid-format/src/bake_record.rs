@@ -14,6 +14,9 @@ pub const RAY_COUNTS: RangeInclusive<u32> = 1..=100_000;
 /// The maximum offset of self look-ups, in cells.
 pub const MAX_SELF_OFFSET: f32 = 2.0;
 
+/// Valid values of a flatness.
+pub const FLATNESSES: RangeInclusive<f32> = -32.0..=4.0;
+
 /// Everything that determines a grid's texels besides its [`GridSpec`](crate::GridSpec), encoding
 /// and format: two bakes of one aogrid version with equal records have equal texels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -48,6 +51,12 @@ pub struct BakeRecord {
     /// up the grid, 0..=[`MAX_SELF_OFFSET`].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub self_offset: f32,
+    /// The object's flatness towards the two faces of the box across each axis, each in
+    /// [`FLATNESSES`]: how fast its occlusion falls beyond the box. Where sin²α = k is that of a
+    /// sphere with the same solid angle, 1/k less the flatness grows with the distance squared: 0 for
+    /// a sphere, 1 for a disc that faces the receiver, negative for one seen from its edge.
+    #[serde(default, skip_serializing_if = "is_spherical")]
+    pub flatness: [f32; 3],
     /// The error of shading with the grid, if it was measured. It does not determine the texels.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub check: Option<Check>,
@@ -195,6 +204,10 @@ fn is_off(flag: &bool) -> bool {
     !flag
 }
 
+fn is_spherical(flatness: &[f32; 3]) -> bool {
+    *flatness == [0.0; 3]
+}
+
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
 fn is_zero(value: &f32) -> bool {
     *value == 0.0
@@ -254,6 +267,10 @@ impl BakeRecord {
             (
                 (0.0..=MAX_SELF_OFFSET).contains(&self.self_offset),
                 "self_offset",
+            ),
+            (
+                self.flatness.iter().all(|v| FLATNESSES.contains(v)),
+                "flatness",
             ),
             (
                 self.inside

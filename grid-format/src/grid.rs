@@ -152,14 +152,6 @@ impl Grid {
         self.encoding.channels() * self.format.channel_bytes()
     }
 
-    /// Computes the largest occluded fraction of the cells at the grid's boundary, 0..=1: what
-    /// remains of the object's occlusion where its box ends.
-    pub fn border_fraction(&self) -> f32 {
-        let outer =
-            (0..self.spec.cell_count()).filter(|&idx| self.spec.is_outer(self.spec.cell_at(idx)));
-        outer.map(|idx| self.cell(idx)[3]).fold(0.0, f32::max)
-    }
-
     /// Decodes the cell with index `idx` (see [`GridSpec::cell_idx`]): `[x, y, z, a]` as
     /// [`Grid::encode`] takes it, but for quantization; the vector is zero if the encoding [has
     /// none](Encoding::has_direction).

@@ -26,6 +26,7 @@ fn file() -> Vec<u8> {
         snap: false,
         fit: false,
         self_offset: 0.0,
+        flatness: [0.0; 3],
         check: None,
         boundary: Boundary {
             requested: BoundaryMode::None,

@@ -81,7 +81,7 @@ fn far_fields(gpu: &Gpu, buffer: &Buffer) {
         let cells = ratios.map(|[covered, reached]| format!("  {covered:>5.2} {reached:>5.2}"));
         println!(
             "{threshold:>9} {:>8.2}  {}",
-            occluder.reach,
+            occluder.per_hull[0] / occluder.per_reach[0],
             cells.join("  ")
         );
     }
@@ -197,7 +197,7 @@ fn cover(grid: &Grid, instances: &[Instance], buffer: &Buffer) -> [usize; 2] {
 fn meets_box(occluder: &AogridOccluder, from: Vec3, direction: Vec3) -> bool {
     let at = |p: Vec3| {
         let off_center = Vec3::from(aogrid_grid_position(occluder, p.to_array())) - 0.5;
-        off_center * Vec3::from(occluder.per_hull) / occluder.reach
+        off_center * Vec3::from(occluder.per_reach)
     };
     let (start, end) = (at(from), at(from + direction));
     let inverse = (end - start).recip();

@@ -2,14 +2,19 @@
 
 use aogrid_grid_format::{Encoding, Grid, GridSpec, TexelFormat};
 
+use crate::wgsl::AOGRID_MAX_FLATNESS;
+
 /// The facts of a grid besides its texels.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GridFacts {
     pub(crate) spec: GridSpec,
     pub(crate) encoding: Encoding,
     pub(crate) format: TexelFormat,
-    /// The largest a of the outer cells, which the far field continues.
-    pub(crate) border_fraction: f32,
+    /// The largest AO of facing receivers far beyond the two faces of each axis, times their distance
+    /// from the center in half-extents of the hull of the outer cells' centers, squared.
+    pub(crate) distant_occlusion: [f64; 3],
+    /// The object's flatness towards the faces of each axis.
+    pub(crate) flatness: [f32; 3],
     /// The distance along its normal, in cells, at which a receiver on the object itself looks up
     /// the grid.
     pub(crate) self_offset: f32,
@@ -17,12 +22,43 @@ pub(crate) struct GridFacts {
 
 impl GridFacts {
     pub(crate) fn of(grid: &Grid) -> Self {
+        let record = grid.record();
         Self {
             spec: *grid.spec(),
             encoding: grid.encoding(),
             format: grid.format(),
-            border_fraction: grid.border_fraction(),
-            self_offset: grid.record().self_offset,
+            distant_occlusion: distant_occlusion(grid, record.flatness),
+            flatness: record.flatness,
+            self_offset: record.self_offset,
         }
     }
+}
+
+/// Returns [`GridFacts::distant_occlusion`] from the outer cells.
+fn distant_occlusion(grid: &Grid, flatness: [f32; 3]) -> [f64; 3] {
+    let spec = grid.spec();
+    let last = spec.resolution().map(|n| n - 1);
+    let mut largest = [0.0_f64; 3];
+    for idx in 0..spec.cell_count() {
+        let cell = spec.cell_at(idx);
+        if !spec.is_outer(cell) {
+            continue;
+        }
+        // The cell's center in half-extents of the hull.
+        let at = [0, 1, 2].map(|x| 2.0 * f64::from(cell[x]) / f64::from(last[x]) - 1.0);
+        let flat: f64 = (0..3).map(|x| at[x] * at[x] * f64::from(flatness[x])).sum();
+        let occlusion = continued(grid.cell(idx)[3], flat);
+        for axis in (0..3).filter(|&x| cell[x] == 0 || cell[x] == last[x]) {
+            largest[axis] = largest[axis].max(occlusion);
+        }
+    }
+    largest
+}
+
+/// Returns the limit of sin²α times the squared distance for an object that occludes the fraction `a`
+/// at distance 1.
+fn continued(a: f32, flatness: f64) -> f64 {
+    let a = f64::from(a).min(0.5);
+    let at_hull = 4.0 * a * (1.0 - a);
+    at_hull / (1.0 - (flatness * at_hull).min(f64::from(AOGRID_MAX_FLATNESS)))
 }

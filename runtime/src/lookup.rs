@@ -2,7 +2,9 @@
 //! a cone in the far field.
 
 use crate::AogridOccluder;
-use crate::wgsl::{AOGRID_AXIS_EPSILON, AOGRID_NO_OBJECT, AOGRID_SQUARE_EPSILON};
+use crate::wgsl::{
+    AOGRID_AXIS_EPSILON, AOGRID_MAX_FLATNESS, AOGRID_NO_OBJECT, AOGRID_SQUARE_EPSILON,
+};
 
 /// The place at which a receiver looks up a grid, see [`aogrid_lookup`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +18,11 @@ pub struct AogridLookup {
     pub outward: [f32; 3],
     /// The distance from the center in half-extents of the hull, at least 1.
     pub distance: f32,
+    /// The share that is left of the hull's solid angle, to first order: it falls with the distance
+    /// squared, and fades to nothing over the last quarter of the reach.
+    pub remainder: f32,
+    /// The object's flatness from this direction.
+    pub flatness: f32,
 }
 
 /// Whether the occluder shades a receiver with this id and these layers.
@@ -49,11 +56,17 @@ pub fn aogrid_lookup(occluder: &AogridOccluder, position: [f32; 3]) -> AogridLoo
     let scaled: [f32; 3] = std::array::from_fn(|x| off_center[x].abs() * occluder.per_hull[x]);
     let distance = scaled.into_iter().fold(1.0, f32::max);
     let per_distance = 1.0 / distance;
+    let of_reach: [f32; 3] = std::array::from_fn(|x| off_center[x].abs() * occluder.per_reach[x]);
+    let share = of_reach.into_iter().fold(0.0, f32::max);
+    let fade = (share * occluder.fade_scale - 3.0).clamp(0.0, 1.0);
+    let square = per_distance * per_distance;
     AogridLookup {
         position: off_center.map(|x| x * per_distance + 0.5),
-        is_reached: scaled.iter().all(|s| *s <= occluder.reach),
+        is_reached: of_reach.iter().all(|s| *s <= 1.0),
         outward: std::array::from_fn(|x| position[x] - occluder.center[x]),
         distance,
+        remainder: (fade * fade * (2.0 * fade - 3.0) + 1.0) * square,
+        flatness: dot(scaled.map(|s| s * s), occluder.flatness) * square,
     }
 }
 
@@ -74,22 +87,17 @@ pub fn aogrid_lookup_on_itself(
     aogrid_lookup(occluder, moved)
 }
 
-/// The share that is left in the far field of the hull's sin²α: it falls with the distance squared,
-/// and fades to nothing over the last quarter.
-pub fn aogrid_remainder(occluder: &AogridOccluder, distance: f32) -> f32 {
-    let fade = (distance * occluder.fade_scale - 3.0).clamp(0.0, 1.0);
-    let per_distance = 1.0 / distance;
-    (fade * fade * (2.0 * fade - 3.0) + 1.0) * (per_distance * per_distance)
-}
-
-/// The fraction that a sphere occludes farther away, where a share `remainder` is left of its sin²α.
-/// The part of a fraction beyond one half fades as fast.
-pub fn aogrid_distant_fraction(a: f32, remainder: f32) -> f32 {
+/// The fraction that an object occludes farther away, which occludes the fraction `a` at the hull. A
+/// sphere's sin²α, k, falls with the distance squared, a disc's tan²α does: 1/k is the flatness and a
+/// multiple of the distance squared. The part of a fraction beyond one half falls with the remainder.
+pub fn aogrid_distant_fraction(a: f32, lookup: AogridLookup) -> f32 {
     // cos α, its positive and its negative part.
     let in_front = (-2.0 * a + 1.0).clamp(0.0, 1.0);
     let behind = (2.0 * a - 1.0).clamp(0.0, 1.0);
-    let square = ((in_front * in_front - 1.0) * remainder + 1.0).clamp(0.0, 1.0);
-    -0.5 * (square.sqrt() - behind * remainder) + 0.5
+    let at_hull = 1.0 - in_front * in_front;
+    let flat = (lookup.flatness * at_hull).min(AOGRID_MAX_FLATNESS);
+    let k = at_hull * lookup.remainder / (lookup.remainder * flat + (1.0 - flat));
+    -0.5 * ((1.0 - k).clamp(0.0, 1.0).sqrt() - behind * lookup.remainder) + 0.5
 }
 
 /// The unit axis towards what a unit axis at the hull points to, from where the look-up is.

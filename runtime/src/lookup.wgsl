@@ -1,7 +1,7 @@
 // aogrid: an occluder, the place at which a receiver looks up its grid, and what is left of a cone in
 // the far field. Behind the constants; `shading.wgsl` follows. The CPU twin is `lookup.rs`.
 
-/// One occluder, in a uniform or storage buffer: 176 bytes. Rust: `AogridOccluder::new`.
+/// One occluder, in a uniform or storage buffer: 208 bytes. Rust: `AogridOccluder::new`.
 struct AogridOccluder {
     /// The rows of grid_from_world, which maps world positions to [0,1]^3 of the grid's box.
     grid_x: vec4f,
@@ -26,18 +26,21 @@ struct AogridOccluder {
     /// The factors of a position relative to the box's center, in [-1/2,1/2]^3, that reach 1 at the
     /// hull of the outer cells' centers; without a far field, at the box.
     per_hull: vec3f,
-    /// The distance from the center at which the effect ends, in these units; 1 without a far field.
-    reach: f32,
-    /// The box's center in world space.
-    center: vec3f,
+    /// 4, which turns distances from 3/4 to 1 of the reach into a fade; 0 without a far field.
+    fade_scale: f32,
+    /// The factors of the same position that reach 1 where the effect ends.
+    per_reach: vec3f,
     /// a is alpha times alpha, or times this if it is larger: 0 if the grid stores the root of a, 1 if
     /// it stores a.
     min_factor: f32,
+    /// The box's center in world space.
+    center: vec3f,
     /// The cells along each axis over the distance along its normal, in cells, at which a receiver
     /// on the occluder itself looks up the grid.
     per_step: vec3f,
-    /// 4 / reach; 0 without a far field.
-    fade_scale: f32,
+    /// The object's flatness towards the faces of the hull, which tells how fast its far field falls:
+    /// 0 like a sphere's, 1 like a disc's that faces the receiver.
+    flatness: vec3f,
 }
 
 /// The place at which a receiver looks up a grid, see `aogrid_lookup`.
@@ -51,6 +54,11 @@ struct AogridLookup {
     outward: vec3f,
     /// The distance from the center in half-extents of the hull, at least 1.
     distance: f32,
+    /// The share that is left of the hull's solid angle, to first order: it falls with the distance
+    /// squared, and fades to nothing over the last quarter of the reach.
+    remainder: f32,
+    /// The object's flatness from this direction.
+    flatness: f32,
 }
 
 /// Whether the occluder shades a receiver with this id and these layers.
@@ -82,10 +90,17 @@ fn aogrid_grid_position(occluder: AogridOccluder, position: vec3f) -> vec3f {
 fn aogrid_lookup(occluder: AogridOccluder, position: vec3f) -> AogridLookup {
     let off_center = aogrid_grid_position(occluder, position) - 0.5;
     let scaled = abs(off_center) * occluder.per_hull;
-    let s = max(max(scaled.x, scaled.y), scaled.z);
-    let distance = max(s, 1.0);
-    let at = fma(off_center, vec3f(1.0 / distance), vec3f(0.5));
-    return AogridLookup(at, s <= occluder.reach, position - occluder.center, distance);
+    let distance = max(max(scaled.x, scaled.y), max(scaled.z, 1.0));
+    let per_distance = 1.0 / distance;
+    let at = fma(off_center, vec3f(per_distance), vec3f(0.5));
+    let of_reach = abs(off_center) * occluder.per_reach;
+    let share = max(max(of_reach.x, of_reach.y), of_reach.z);
+    let fade = saturate(fma(share, occluder.fade_scale, -3.0));
+    let square = per_distance * per_distance;
+    let remainder = fma(fade * fade, fma(2.0, fade, -3.0), 1.0) * square;
+    let flatness = dot(scaled * scaled, occluder.flatness) * square;
+    let outward = position - occluder.center;
+    return AogridLookup(at, share <= 1.0, outward, distance, remainder, flatness);
 }
 
 /// `aogrid_lookup` for a receiver that belongs to the occluder itself. Cells inside the object are
@@ -101,22 +116,18 @@ fn aogrid_lookup_on_itself(occluder: AogridOccluder, position: vec3f, normal: ve
     return aogrid_lookup(occluder, fma(normal, vec3f(distance), position));
 }
 
-/// The share that is left in the far field of the hull's squared sine of alpha: it falls with the
-/// distance squared, and fades to nothing over the last quarter.
-fn aogrid_remainder(occluder: AogridOccluder, distance: f32) -> f32 {
-    let fade = saturate(fma(distance, occluder.fade_scale, -3.0));
-    let per_distance = 1.0 / distance;
-    return fma(fade * fade, fma(2.0, fade, -3.0), 1.0) * (per_distance * per_distance);
-}
-
-/// The fraction that a sphere occludes farther away, where a share `remainder` is left of its
-/// squared sine of alpha. The part of a fraction beyond one half fades as fast.
-fn aogrid_distant_fraction(a: f32, remainder: f32) -> f32 {
+/// The fraction that an object occludes farther away, which occludes the fraction `a` at the hull. A
+/// sphere's squared sine of alpha, k, falls with the distance squared, a disc's squared tangent does:
+/// 1/k is the flatness and a multiple of the distance squared. The part of a fraction beyond one half
+/// falls with the remainder.
+fn aogrid_distant_fraction(a: f32, lookup: AogridLookup) -> f32 {
     // The cosine of alpha, its positive and its negative part.
     let in_front = saturate(fma(-2.0, a, 1.0));
     let behind = saturate(fma(2.0, a, -1.0));
-    let square = saturate(fma(fma(in_front, in_front, -1.0), remainder, 1.0));
-    return fma(-0.5, fma(-behind, remainder, sqrt(square)), 0.5);
+    let at_hull = fma(-in_front, in_front, 1.0);
+    let flat = min(lookup.flatness * at_hull, AOGRID_MAX_FLATNESS);
+    let k = at_hull * lookup.remainder / fma(lookup.remainder, flat, 1.0 - flat);
+    return fma(-0.5, fma(-behind, lookup.remainder, sqrt(saturate(1.0 - k))), 0.5);
 }
 
 /// The unit axis towards what a unit axis at the hull points to, from where the look-up is.

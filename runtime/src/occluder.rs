@@ -74,7 +74,7 @@ pub enum InstanceError {
     FarField(f32),
 }
 
-/// The shader data of an occluder: the struct of the same name in the WGSL library, 176 bytes, for
+/// The shader data of an occluder: the struct of the same name in the WGSL library, 208 bytes, for
 /// a uniform or storage buffer.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -104,17 +104,23 @@ pub struct AogridOccluder {
     /// The factors of a position relative to the box's center, in \[−½,½\]³, that reach 1 at the hull
     /// of the outer cells' centers; without a far field, at the box.
     pub per_hull: [f32; 3],
-    /// The distance from the center at which the effect ends, in these units; 1 without a far field.
-    pub reach: f32,
-    /// The box's center in world space.
-    pub center: [f32; 3],
+    /// 4, which turns distances from ¾ to 1 of the reach into a fade; 0 without a far field.
+    pub fade_scale: f32,
+    /// The factors of the same position that reach 1 where the effect ends.
+    pub per_reach: [f32; 3],
     /// a is α times α, or times this if it is larger: 0 if the grid stores √a, 1 if it stores a.
     pub min_factor: f32,
+    /// The box's center in world space.
+    pub center: [f32; 3],
+    pub(crate) unused_0: u32,
     /// The cells along each axis over the distance along its normal, in cells, at which a receiver on
     /// the occluder itself looks up the grid.
     pub per_step: [f32; 3],
-    /// 4 / reach; 0 without a far field.
-    pub fade_scale: f32,
+    pub(crate) unused_1: u32,
+    /// The object's flatness towards the faces of the hull, which tells how fast its far field falls:
+    /// 0 like a sphere's, 1 like a disc's that faces the receiver.
+    pub flatness: [f32; 3],
+    pub(crate) unused_2: u32,
 }
 
 impl AogridOccluder {
@@ -133,7 +139,7 @@ impl AogridOccluder {
         /// The shortest self offset in cells, in place of none: below the rounding of positions.
         const MIN_SELF_OFFSET: f32 = 1e-12;
         let GridFacts { spec, format, .. } = facts;
-        let reach = reach(facts, instance);
+        let (reach, growth) = (reach(facts, instance), growth(facts, instance));
         let is_moment = facts.encoding == Encoding::Moment;
         let flag = |yes: bool| f32::from(u8::from(yes));
         let world_from_object = validated_transform(instance)?;
@@ -158,23 +164,27 @@ impl AogridOccluder {
             layers: instance.layers,
             strength: instance.strength,
             min_axis_length: flag(!(is_moment || instance.soft_cones)),
-            per_hull: (2.0 * reach.unwrap_or(1.0) / growth(facts, instance))
+            per_hull: (2.0 * reach.unwrap_or(DVec3::ONE) / growth)
                 .as_vec3()
                 .to_array(),
-            reach: reach.unwrap_or(1.0) as f32,
-            center: center.to_array(),
+            fade_scale: if reach.is_some() { 4.0 } else { 0.0 },
+            per_reach: (2.0 / growth).as_vec3().to_array(),
             min_factor: flag(!is_moment),
+            center: center.to_array(),
+            unused_0: 0,
             per_step: spec
                 .resolution()
                 .map(|n| n as f32 / facts.self_offset.max(MIN_SELF_OFFSET)),
-            fade_scale: reach.map_or(0.0, |reach| 4.0 / reach) as f32,
+            unused_1: 0,
+            flatness: facts.flatness,
+            unused_2: 0,
         })
     }
 }
 
-/// The distance from the box's center at which an occluder's far field ends, in half-extents of the
-/// hull of the outer cells' centers; none without a far field.
-fn reach(facts: &GridFacts, instance: &Instance) -> Option<f64> {
+/// The distance from the box's center at which an occluder's far field ends along each axis, in
+/// half-extents of the hull of the outer cells' centers; none without a far field.
+fn reach(facts: &GridFacts, instance: &Instance) -> Option<DVec3> {
     /// The shortest reach. The far field fades over its last quarter, which must not begin within
     /// the hull.
     const MIN_REACH: f64 = 4.0 / 3.0;
@@ -183,11 +193,11 @@ fn reach(facts: &GridFacts, instance: &Instance) -> Option<f64> {
         Encoding::Cone | Encoding::Occlusion => 0.0,
     };
     let threshold = f64::from(instance.far_field.unwrap_or(by_default));
-    // The AO of a facing receiver at the hull, sin²α, which falls with the distance squared.
-    let a = f64::from(facts.border_fraction).min(0.5);
-    let at_hull = 4.0 * a * (1.0 - a);
-    let has_far_field = threshold > 0.0 && at_hull > 0.0;
-    has_far_field.then(|| (at_hull / threshold).sqrt().max(MIN_REACH))
+    let has_far_field = threshold > 0.0 && facts.distant_occlusion != [0.0; 3];
+    has_far_field.then(|| {
+        let squared = DVec3::from(facts.distant_occlusion) / threshold;
+        squared.map(f64::sqrt).max(DVec3::splat(MIN_REACH))
+    })
 }
 
 /// The size of the box in which an occluder has an effect, relative to its grid's box.
@@ -291,13 +301,15 @@ mod tests {
 
     const IDENTITY: [[f32; 4]; 4] = Mat4::IDENTITY.to_cols_array_2d();
 
-    /// Returns the facts of a grid whose outer cells occlude up to a fraction.
+    /// Returns the facts of a grid of a sphere whose outer cells occlude up to a fraction.
     fn facts(encoding: Encoding, border_fraction: f32) -> GridFacts {
+        let a = f64::from(border_fraction);
         GridFacts {
             spec: GridSpec::new([8, 9, 10], [1.0, 2.0, 3.0], [0.5, 1.0, 2.0]).unwrap(),
             encoding,
             format: TexelFormat::Unorm8,
-            border_fraction,
+            distant_occlusion: [4.0 * a * (1.0 - a); 3],
+            flatness: [0.0; 3],
             self_offset: 0.0,
         }
     }
@@ -358,17 +370,17 @@ mod tests {
                 ..Instance::at(IDENTITY)
             };
             let occluder = AogridOccluder::of(&facts(encoding, border), &instance).unwrap();
-            (occluder.reach, occluder.per_hull)
+            let relative = occluder.per_hull[0] / occluder.per_reach[0];
+            (relative, occluder.per_hull)
         };
         // sin²α of a tenth of the sphere is 0.36; a sphere's falls with the distance squared.
         let (far, [x, ..]) = reach(Encoding::Moment, 0.1, Some(0.04));
         assert!((far - 3.0).abs() < 1e-6 && (x - 2.0 * 8.0 / 7.0).abs() < 1e-6);
         let default = reach(Encoding::Moment, 0.1, None).0;
-        assert!((default - (0.36 / Instance::FAR_FIELD).sqrt()).abs() < 1e-6);
+        assert!((default - (0.36 / Instance::FAR_FIELD).sqrt()).abs() < 2e-6);
         // A border that occludes less than the threshold still fades out, over a third.
-        assert_eq!(reach(Encoding::Cone, 1e-4, Some(0.04)).0, 4.0 / 3.0);
-        // Half of the sphere and more count as half.
-        assert_eq!(reach(Encoding::Cone, 0.9, Some(0.04)).0, 5.0);
+        let (least, _) = reach(Encoding::Cone, 1e-4, Some(0.04));
+        assert!((least - 4.0 / 3.0).abs() < 1e-6);
         for (encoding, border, far_field) in [
             (Encoding::Cone, 0.1, None),
             (Encoding::Moment, 0.0, None),

@@ -8,7 +8,7 @@ use crate::lookup::dot;
 pub use crate::lookup::{
     AogridLookup, aogrid_distant_axis, aogrid_distant_fraction, aogrid_grid_position,
     aogrid_inverse_length, aogrid_is_on_itself, aogrid_lookup, aogrid_lookup_on_itself,
-    aogrid_remainder, aogrid_row, aogrid_shades,
+    aogrid_row, aogrid_shades,
 };
 use crate::wgsl::{
     AOGRID_CLIP_COS_OFFSET, AOGRID_CLIP_COS_SCALE, AOGRID_CLIP_FRACTION_OFFSET,
@@ -111,6 +111,8 @@ pub fn aogrid_cone_faded(
         is_reached: true,
         outward: [0.0; 3],
         distance: 1.0,
+        remainder: 1.0,
+        flatness: 0.0,
     };
     aogrid_cone_at(occluder, grid, table, lookup, normal)
 }
@@ -191,7 +193,7 @@ pub fn aogrid_cone_of(
 pub fn aogrid_fraction(occluder: &AogridOccluder, alpha: f32, lookup: AogridLookup) -> f32 {
     let a = alpha * alpha.max(occluder.min_factor);
     match lookup.distance > 1.0 {
-        true => aogrid_distant_fraction(a, aogrid_remainder(occluder, lookup.distance)),
+        true => aogrid_distant_fraction(a, lookup),
         false => a,
     }
 }

@@ -19,7 +19,7 @@ struct AogridCone {
     density: f32,
 }
 
-/// An occluder whose grid is a region of an atlas, in a storage buffer: 240 bytes. Rust:
+/// An occluder whose grid is a region of an atlas, in a storage buffer: 272 bytes. Rust:
 /// `AogridAtlasOccluder`.
 struct AogridAtlasOccluder {
     occluder: AogridOccluder,
@@ -82,7 +82,7 @@ fn aogrid_merge_cone(accumulated: vec4f, occluder: AogridOccluder, grid: texture
 fn aogrid_cone_faded(occluder: AogridOccluder, grid: texture_3d<f32>, table: texture_2d<f32>,
                      linear_clamp: sampler, position: vec3f, normal: vec3f) -> f32 {
     let p_grid = aogrid_grid_position(occluder, position);
-    let lookup = AogridLookup(p_grid, true, vec3f(), 1.0);
+    let lookup = AogridLookup(p_grid, true, vec3f(), 1.0, 1.0, 0.0);
     return aogrid_cone_at(occluder, grid, table, linear_clamp, lookup, normal);
 }
 
@@ -136,7 +136,7 @@ fn aogrid_cone_of(occluder: AogridOccluder, texel: vec4f, lookup: AogridLookup) 
 fn aogrid_fraction(occluder: AogridOccluder, alpha: f32, lookup: AogridLookup) -> f32 {
     let a = alpha * max(alpha, occluder.min_factor);
     if lookup.distance > 1.0 {
-        return aogrid_distant_fraction(a, aogrid_remainder(occluder, lookup.distance));
+        return aogrid_distant_fraction(a, lookup);
     }
     return a;
 }
@@ -271,7 +271,9 @@ fn aogrid_atlas_lookup(occluder: AogridAtlasOccluder, lookup: AogridLookup) -> A
     let half_cell = occluder.half_cell.xyz;
     let own = clamp(lookup.position, half_cell, 1.0 - half_cell);
     let position = fma(own, occluder.atlas_scale.xyz, occluder.atlas_offset.xyz);
-    return AogridLookup(position, lookup.is_reached, lookup.outward, lookup.distance);
+    var of_atlas = lookup;
+    of_atlas.position = position;
+    return of_atlas;
 }
 
 /// The index of the first word of a list of the tile that contains a pixel. `list`:

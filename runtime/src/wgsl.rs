@@ -107,6 +107,10 @@ pub(crate) const AOGRID_RIM_EPSILON: f32 = 1e-12;
 /// of this fraction has a half-angle of 0.1 degrees.
 pub(crate) const AOGRID_FRACTION_EPSILON: f32 = 1e-6;
 
+/// The upper bound of the flatness times the hull's sin²α. At 1 the far field would not fall at all;
+/// this lets it fall as that of a disc whose rim is seen 80 degrees off its axis.
+pub(crate) const AOGRID_MAX_FLATNESS: f32 = 0.97;
+
 pub(crate) const AOGRID_ENVIRONMENT_LAST_LEVEL: f32 = (EnvironmentMap::LEVELS - 1) as f32;
 pub(crate) const AOGRID_ENVIRONMENT_HEIGHT: f32 = EnvironmentMap::SIZE[1] as f32;
 
@@ -191,7 +195,7 @@ pub fn constants() -> String {
     );
     group(
         "The lower bound for fractions and cosines used as divisors; smaller values count as zero.",
-        floats!(AOGRID_FRACTION_EPSILON),
+        floats!(AOGRID_FRACTION_EPSILON, AOGRID_MAX_FLATNESS),
     );
     group(
         "The environment map: its last level, whose cones are hemispheres, and the rows of level 0.",

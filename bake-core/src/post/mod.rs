@@ -30,15 +30,24 @@ pub enum PostError {
     Encode(#[from] EncodeError),
 }
 
+/// The results of further bakes, which refine a grid.
+#[derive(Clone, Debug, Default)]
+pub struct Refinements<'a> {
+    /// The points that cells near the surface are fitted to; `None` leaves the cells as baked.
+    pub near: Option<NearSurface<'a>>,
+    /// The object's flatness (see [`BakeRecord::flatness`]); zero for the far field of a sphere.
+    pub flatness: [f32; 3],
+}
+
 /// Post-processes and encodes the grid that a baker made with `options` at `placement` from
-/// `source`. Cells near the surface are fitted to the points of `near` if they are given.
+/// `source`.
 ///
 /// # Errors
 ///
 /// Every cell is inside the object, or a fully occluded cell at the boundary cannot be faded out.
 pub fn finish(
     mut raw: RawGrid,
-    near: Option<&NearSurface<'_>>,
+    refinements: &Refinements<'_>,
     placement: &Placement,
     options: &BakeOptions,
     source: Source,
@@ -48,7 +57,7 @@ pub fn finish(
         interior::fill(&mut raw, &classification)?;
     }
     let boundary = boundary::treat(&mut raw, options.boundary)?;
-    let cells: Vec<[f32; 4]> = match near {
+    let cells: Vec<[f32; 4]> = match &refinements.near {
         Some(near) => fit::fit(&raw, &classification, near),
         None => raw
             .moments
@@ -69,8 +78,9 @@ pub fn finish(
         inside: classification.inside(),
         boundary,
         snap: placement.snap && matches!(placement.extent, Extent::Epsilon(_)),
-        fit: near.is_some(),
+        fit: refinements.near.is_some(),
         self_offset: options.self_offset_for(classification.inside().as_ref()),
+        flatness: refinements.flatness,
         check: None,
         source,
     };

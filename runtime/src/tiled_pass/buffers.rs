@@ -11,7 +11,7 @@ use crate::wgsl::AOGRID_TILE;
 use crate::{AogridOccluder, Instance, InstanceError, Mode, TiledPass, tables};
 
 /// The shader data of an occluder whose grid is a region of an atlas: the struct of the same name
-/// in the WGSL library, 240 bytes, for a storage buffer.
+/// in the WGSL library, 272 bytes, for a storage buffer.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct AogridAtlasOccluder {

@@ -130,7 +130,7 @@ fn gather(tile: vec2u, lane: u32) {
 fn may_hold(occluder: AogridOccluder, low: vec3f, high: vec3f) -> bool {
     let center = 0.5 * low + 0.5 * high;
     let reach = high - center;
-    let extent = occluder.reach / occluder.per_hull;
+    let extent = 1.0 / occluder.per_reach;
     return axis_meets(occluder.grid_x, extent.x, center, reach)
         && axis_meets(occluder.grid_y, extent.y, center, reach)
         && axis_meets(occluder.grid_z, extent.z, center, reach);

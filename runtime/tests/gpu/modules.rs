@@ -159,11 +159,12 @@ fn the_occluder_has_the_same_layout_in_rust_and_wgsl() {
             offset_of!(AogridOccluder, min_axis_length),
         ),
         ("per_hull", offset_of!(AogridOccluder, per_hull)),
-        ("reach", offset_of!(AogridOccluder, reach)),
-        ("center", offset_of!(AogridOccluder, center)),
-        ("min_factor", offset_of!(AogridOccluder, min_factor)),
-        ("per_step", offset_of!(AogridOccluder, per_step)),
         ("fade_scale", offset_of!(AogridOccluder, fade_scale)),
+        ("per_reach", offset_of!(AogridOccluder, per_reach)),
+        ("min_factor", offset_of!(AogridOccluder, min_factor)),
+        ("center", offset_of!(AogridOccluder, center)),
+        ("per_step", offset_of!(AogridOccluder, per_step)),
+        ("flatness", offset_of!(AogridOccluder, flatness)),
     ];
     assert_layout::<AogridOccluder>(&module, "AogridOccluder", &expected);
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, bail};
-use aogrid_bake_core::{Algorithm, BakeOptions, Placement, mesh, post};
+use aogrid_bake_core::{Algorithm, BakeOptions, Placement, mesh, post, post::Refinements};
 use aogrid_baker_cpu::Sweeper;
 use aogrid_baker_gpu::{self as gpu, AdapterSelector};
 use aogrid_grid_format::{Sampling, Source};
@@ -167,7 +167,7 @@ fn measure(path: &Path, args: &Args, console: &Console) -> anyhow::Result<ModelR
             } = timed.with_context(shown)?;
             *provenance = Some(found);
             let start = Instant::now();
-            post::finish(raw, None, &placement, &options, Source::from(&loaded))
+            post::finish(raw, &Refinements::default(), &placement, &options, Source::from(&loaded))
                 .with_context(shown)?;
             if repeat > 0 {
                 samples.push([prepare_s, visibility_s, start.elapsed().as_secs_f64()]);

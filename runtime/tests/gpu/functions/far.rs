@@ -77,7 +77,7 @@ fn a_ball_in_the_middle_of_its_box_is_continued_exactly() {
         let distance = 1.5 + 2.0 * (idx as f32 * 0.618).fract();
         let p = direction.map(|x| distance * x);
         let lookup = aogrid_lookup(&occluder, p);
-        let fade_starts = 0.75 * occluder.reach * 1.5 * 31.0 / 32.0;
+        let fade_starts = 0.75 * 2.0 / occluder.per_reach[0] * 1.5;
         let in_hull = p.iter().all(|x| x.abs() <= 1.5 * 31.0 / 32.0);
         if in_hull || p.iter().any(|x| x.abs() > fade_starts) {
             continue;

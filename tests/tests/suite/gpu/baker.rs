@@ -4,7 +4,7 @@ use aogrid_bake_core::Classification;
 use aogrid_bake_core::models::Model;
 use aogrid_bake_core::{
     Algorithm, BakeOptions, PipelineError, Placement, PlanError, Preset, Progress, RawGrid,
-    RayFallbackReason, UNOBSERVED, bake_grid, post,
+    RayFallbackReason, UNOBSERVED, bake_grid, post, post::Refinements,
 };
 use aogrid_baker_gpu::{BakeError, Baker};
 use aogrid_grid_format::{Encoding, Sampling, TexelFormat};
@@ -81,7 +81,7 @@ fn baking_occlusion_alone_gives_the_same_occlusion() {
                 blake3: "0".repeat(64),
                 triangles: 1,
             };
-            let grid = post::finish(raw, None, &Placement::paper(), &options, source);
+            let grid = post::finish(raw, &Refinements::default(), &Placement::paper(), &options, source);
             grid.unwrap().texels().to_vec()
         };
         assert_eq!(texels(raw), texels(with_directions));
