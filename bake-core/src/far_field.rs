@@ -10,12 +10,14 @@
 //!
 //! with a flatness w of 0 and 1. A disc's rim is seen from nearer than its center, so that k falls
 //! faster than a sphere's: w is negative there. The flatness in the direction h on the hull of the
-//! outer cells' centers, which is [−1,1]³, is taken to be Σ wᵢ hᵢ², and the three wᵢ are fitted to a
-//! coarse lattice of points around the box.
+//! outer cells' centers, which is [−1,1]³, is taken to be Σ wᵢ hᵢ² + w₃, and the four numbers are fitted
+//! to a coarse lattice of points around the box.
 
 use aogrid_grid_format::{
     BoundaryMode, Encoding, FLATNESSES, GridSpec, Interior, Sampling, SpecError,
 };
+
+use glam::{DMat4, DVec4};
 
 use crate::{BakeOptions, RawGrid};
 
@@ -75,15 +77,17 @@ pub(crate) fn point_options(options: &BakeOptions) -> BakeOptions {
     }
 }
 
-/// Returns the flatness of the object with grid `raw` towards the faces of each axis, from the
-/// fractions at the `points` of the lattice. Zero where no flatness is better than that of a sphere.
-pub(crate) fn flatness(raw: &RawGrid, points: &RawGrid) -> [f32; 3] {
+/// Returns the flatness of the object with grid `raw` (see [`BakeRecord::flatness`]) from the fractions
+/// at the `points` of the lattice. Zero where no flatness is better than that of a sphere.
+///
+/// [`BakeRecord::flatness`]: aogrid_grid_format::BakeRecord::flatness
+pub(crate) fn flatness(raw: &RawGrid, points: &RawGrid) -> [f32; 4] {
     let points = samples(raw, points);
-    let (mut flatness, mut damping) = ([0.0; 3], 1e-2);
+    let (mut flatness, mut damping) = ([0.0; 4], 1e-2);
     let mut normal = NormalEquations::at(flatness, &points);
     for _ in 0..MAX_STEPS {
         let step = normal.step(damping);
-        let next = [0, 1, 2].map(|x| bounded(flatness[x] + step[x]));
+        let next = [0, 1, 2, 3].map(|x| bounded(flatness[x] + step[x]));
         let there = NormalEquations::at(next, &points);
         if there.error < normal.error {
             (flatness, normal, damping) = (next, there, damping / 3.0);
@@ -95,18 +99,15 @@ pub(crate) fn flatness(raw: &RawGrid, points: &RawGrid) -> [f32; 3] {
 }
 
 fn bounded(w: f64) -> f64 {
-    w.clamp(
-        f64::from(*FLATNESSES.start()),
-        f64::from(*FLATNESSES.end()),
-    )
+    w.clamp(f64::from(*FLATNESSES.start()), f64::from(*FLATNESSES.end()))
 }
 
 /// A point of the lattice beyond the hull.
 struct Sample {
     /// 1/s², where s is its distance in half-extents of the hull.
     remainder: f64,
-    /// hᵢ² of the point of the hull on the ray from the center.
-    squares: [f64; 3],
+    /// hᵢ² of the point of the hull on the ray from the center, and 1.
+    squares: [f64; 4],
     /// k at that point.
     at_hull: f64,
     /// The exact fraction.
@@ -115,8 +116,8 @@ struct Sample {
 
 impl Sample {
     /// Returns the fraction by the law, and its derivative by the flatness in this direction.
-    fn continued(&self, flatness: [f64; 3]) -> [f64; 2] {
-        let w: f64 = (0..3).map(|x| self.squares[x] * flatness[x]).sum();
+    fn continued(&self, flatness: [f64; 4]) -> [f64; 2] {
+        let w: f64 = (0..4).map(|x| self.squares[x] * flatness[x]).sum();
         let flat = w * self.at_hull;
         let bounded = flat.min(MAX_FLATNESS);
         let lost = 1.0 - self.remainder;
@@ -147,11 +148,11 @@ fn samples(raw: &RawGrid, points: &RawGrid) -> Vec<Sample> {
         if distance < MIN_DISTANCE {
             continue;
         }
-        let on_hull = p.map(|v| v / distance);
-        let a = interpolated(raw, on_hull).min(0.5);
+        let [x, y, z] = p.map(|v| v / distance);
+        let a = interpolated(raw, [x, y, z]).min(0.5);
         samples.push(Sample {
             remainder: distance.powi(-2),
-            squares: on_hull.map(|v| v * v),
+            squares: [x * x, y * y, z * z, 1.0],
             at_hull: 4.0 * a * (1.0 - a),
             a: f64::from(moments.a),
         });
@@ -184,44 +185,41 @@ fn interpolated(raw: &RawGrid, point: [f64; 3]) -> f64 {
 /// The least-squares problem around a flatness: points weigh like the area of a plane seen from the
 /// center, 1/s².
 struct NormalEquations {
-    matrix: [[f64; 3]; 3],
-    right: [f64; 3],
+    matrix: DMat4,
+    right: DVec4,
     error: f64,
 }
 
 impl NormalEquations {
-    fn at(flatness: [f64; 3], points: &[Sample]) -> Self {
+    fn at(flatness: [f64; 4], points: &[Sample]) -> Self {
         let mut sums = Self {
-            matrix: [[0.0; 3]; 3],
-            right: [0.0; 3],
+            matrix: DMat4::ZERO,
+            right: DVec4::ZERO,
             error: 0.0,
         };
         for point in points {
             let [a, slope] = point.continued(flatness);
             let (weight, missing) = (point.remainder, point.a - a);
-            let slopes = point.squares.map(|h| h * slope);
-            for row in 0..3 {
-                for column in 0..3 {
-                    sums.matrix[row][column] += weight * slopes[row] * slopes[column];
-                }
-                sums.right[row] += weight * slopes[row] * missing;
-            }
+            let slopes = slope * DVec4::from(point.squares);
+            let weighted = weight * slopes;
+            let columns = slopes.to_array().map(|slope| (slope * weighted).to_array());
+            sums.matrix += DMat4::from_cols_array_2d(&columns);
+            sums.right += missing * weighted;
             sums.error += weight * missing * missing;
         }
         sums
     }
 
-    /// Returns the step to the minimum, damped along each axis by a share of its own curvature.
-    fn step(&self, damping: f64) -> [f64; 3] {
-        let mut matrix = glam::DMat3::from_cols_array_2d(&self.matrix);
-        let diagonal = glam::dvec3(matrix.x_axis.x, matrix.y_axis.y, matrix.z_axis.z);
-        // An axis without points that matter keeps its flatness.
+    /// Returns the step to the minimum, damped in each number by a share of its own curvature.
+    fn step(&self, damping: f64) -> [f64; 4] {
+        let diagonal = DVec4::from([0, 1, 2, 3].map(|x| self.matrix.col(x)[x]));
+        // A number that no point depends on keeps its value.
         let floor = 1e-9 * diagonal.max_element() + f64::MIN_POSITIVE;
-        matrix += glam::DMat3::from_diagonal(damping * diagonal + floor);
-        let step = matrix.inverse() * glam::DVec3::from(self.right);
+        let matrix = self.matrix + DMat4::from_diagonal(damping * diagonal + floor);
+        let step = matrix.inverse() * self.right;
         match step.is_finite() {
             true => step.to_array(),
-            false => [0.0; 3],
+            false => [0.0; 4],
         }
     }
 }
@@ -252,7 +250,7 @@ mod tests {
 
     /// Returns the flatness that is fitted to an object whose fractions are `a` of the position in
     /// half-extents of the hull.
-    fn fitted(a: impl Fn([f64; 3]) -> f64) -> [f32; 3] {
+    fn fitted(a: impl Fn([f64; 3]) -> f64) -> [f32; 4] {
         let spec = GridSpec::new([32; 3], [1.0, 2.0, 3.0], [1.0, 2.0, 0.5]).unwrap();
         let hull = spec.half_extents().map(|e| f64::from(e) * 31.0 / 32.0);
         let lattice = lattice(&spec).unwrap();
@@ -273,10 +271,15 @@ mod tests {
 
     #[test]
     fn the_flatness_of_the_law_is_found() {
-        for truth in [[-1.5, 1.0, -2.0], [0.0, 0.5, 1.0], [-8.0, 1.5, 1.5]] {
+        for truth in [
+            [-1.5, 1.0, -2.0, 0.0],
+            [0.0, 0.5, 1.0, -0.5],
+            [-8.0, 1.0, 0.5, 0.5],
+        ] {
             let fitted = fitted(|p| {
                 let s = p.iter().fold(0.0_f64, |s, v| s.max(v.abs())).max(0.2);
                 let w: f64 = (0..3).map(|x| (p[x] / s).powi(2) * truth[x]).sum();
+                let w = w + truth[3];
                 let at_hull = 0.4;
                 fraction(1.0 / ((1.0 / at_hull - w) * s * s + w))
             });
@@ -291,12 +294,12 @@ mod tests {
     fn the_slope_is_that_of_the_law() {
         let point = Sample {
             remainder: 0.4,
-            squares: [1.0, 0.3, 0.1],
+            squares: [1.0, 0.3, 0.1, 1.0],
             at_hull: 0.7,
             a: 0.0,
         };
         for w in [-3.0, 0.0, 0.9, 1.5] {
-            let at = |w: f64| point.continued([w, 0.0, 0.0]);
+            let at = |w: f64| point.continued([w, 0.0, 0.0, 0.0]);
             let step = 1e-6;
             let slope = (at(w + step)[0] - at(w - step)[0]) / (2.0 * step);
             assert!((slope - at(w)[1]).abs() < 1e-8, "{w}: {slope} {}", at(w)[1]);
@@ -305,7 +308,7 @@ mod tests {
 
     #[test]
     fn an_object_that_hides_nothing_stays_a_sphere() {
-        assert_eq!(fitted(|_| 0.0), [0.0; 3]);
+        assert_eq!(fitted(|_| 0.0), [0.0; 4]);
     }
 
     #[test]

@@ -51,12 +51,13 @@ pub struct BakeRecord {
     /// up the grid, 0..=[`MAX_SELF_OFFSET`].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub self_offset: f32,
-    /// The object's flatness towards the two faces of the box across each axis, each in
-    /// [`FLATNESSES`]: how fast its occlusion falls beyond the box. Where sin²α = k is that of a
-    /// sphere with the same solid angle, 1/k less the flatness grows with the distance squared: 0 for
-    /// a sphere, 1 for a disc that faces the receiver, negative for one seen from its edge.
+    /// The object's flatness, which tells how fast its occlusion falls beyond the box. Where sin²α = k
+    /// is that of a sphere with the same solid angle, 1/k less the flatness grows with the distance
+    /// squared: 0 for a sphere, 1 for a disc that faces the receiver, negative for one seen from its
+    /// edge. In the direction of the point (x, y, z) on the hull of the outer cells' centers, \[−1,1\]³,
+    /// it is f₀ x² + f₁ y² + f₂ z² + f₃, each of these numbers in [`FLATNESSES`].
     #[serde(default, skip_serializing_if = "is_spherical")]
-    pub flatness: [f32; 3],
+    pub flatness: [f32; 4],
     /// The error of shading with the grid, if it was measured. It does not determine the texels.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub check: Option<Check>,
@@ -204,8 +205,8 @@ fn is_off(flag: &bool) -> bool {
     !flag
 }
 
-fn is_spherical(flatness: &[f32; 3]) -> bool {
-    *flatness == [0.0; 3]
+fn is_spherical(flatness: &[f32; 4]) -> bool {
+    *flatness == [0.0; 4]
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]

@@ -26,7 +26,7 @@ fn file() -> Vec<u8> {
         snap: false,
         fit: false,
         self_offset: 0.0,
-        flatness: [0.0; 3],
+        flatness: [0.0; 4],
         check: None,
         boundary: Boundary {
             requested: BoundaryMode::None,

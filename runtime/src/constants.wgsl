@@ -19,6 +19,8 @@ const AOGRID_SQUARE_EPSILON = 1e-30;
 const AOGRID_RIM_EPSILON = 1e-12;
 // The lower bound for fractions and cosines used as divisors; smaller values count as zero.
 const AOGRID_FRACTION_EPSILON = 1e-6;
+// The upper bound of the flatness times the hull's squared sine of alpha.
+const AOGRID_MAX_FLATNESS = 0.97;
 // The environment map: its last level, whose cones are hemispheres, and the rows of level 0.
 const AOGRID_ENVIRONMENT_LAST_LEVEL = 4.0;
 const AOGRID_ENVIRONMENT_HEIGHT = 256.0;

@@ -13,8 +13,8 @@ pub(crate) struct GridFacts {
     /// The largest AO of facing receivers far beyond the two faces of each axis, times their distance
     /// from the center in half-extents of the hull of the outer cells' centers, squared.
     pub(crate) distant_occlusion: [f64; 3],
-    /// The object's flatness towards the faces of each axis.
-    pub(crate) flatness: [f32; 3],
+    /// The object's flatness, see [`BakeRecord::flatness`](aogrid_grid_format::BakeRecord::flatness).
+    pub(crate) flatness: [f32; 4],
     /// The distance along its normal, in cells, at which a receiver on the object itself looks up
     /// the grid.
     pub(crate) self_offset: f32,
@@ -35,7 +35,7 @@ impl GridFacts {
 }
 
 /// Returns [`GridFacts::distant_occlusion`] from the outer cells.
-fn distant_occlusion(grid: &Grid, flatness: [f32; 3]) -> [f64; 3] {
+fn distant_occlusion(grid: &Grid, flatness: [f32; 4]) -> [f64; 3] {
     let spec = grid.spec();
     let last = spec.resolution().map(|n| n - 1);
     let mut largest = [0.0_f64; 3];
@@ -46,7 +46,8 @@ fn distant_occlusion(grid: &Grid, flatness: [f32; 3]) -> [f64; 3] {
         }
         // The cell's center in half-extents of the hull.
         let at = [0, 1, 2].map(|x| 2.0 * f64::from(cell[x]) / f64::from(last[x]) - 1.0);
-        let flat: f64 = (0..3).map(|x| at[x] * at[x] * f64::from(flatness[x])).sum();
+        let squares = [at[0] * at[0], at[1] * at[1], at[2] * at[2], 1.0];
+        let flat: f64 = (0..4).map(|x| squares[x] * f64::from(flatness[x])).sum();
         let occlusion = continued(grid.cell(idx)[3], flat);
         for axis in (0..3).filter(|&x| cell[x] == 0 || cell[x] == last[x]) {
             largest[axis] = largest[axis].max(occlusion);

@@ -31,8 +31,8 @@
 //!
 //! Differences from the papers: the axis is normalized after filtering; directions are stored in
 //! object axes and transformed by the linear part of the object's transform; the T_clip texture
-//! holds 1 − AO. An occluder has no effect outside its box, or goes on beyond it in a far field: as a
-//! sphere in each direction, whose sin²α falls with the distance squared. A receiver on the occluder
+//! holds 1 − AO. An occluder has no effect outside its box, or goes on beyond it in a far field: in each
+//! direction as a body between a sphere and a disc, whose sin²α or tan²α falls with the distance squared. A receiver on the occluder
 //! itself is looked up a fraction of a cell along its normal. The T_merge texture holds the fraction
 //! that two cones share, so that a cone that overlaps no other stays exactly as it is. With three
 //! or more occluders the result of merging depends on their order, which is the caller's in every

@@ -60,13 +60,14 @@ pub fn aogrid_lookup(occluder: &AogridOccluder, position: [f32; 3]) -> AogridLoo
     let share = of_reach.into_iter().fold(0.0, f32::max);
     let fade = (share * occluder.fade_scale - 3.0).clamp(0.0, 1.0);
     let square = per_distance * per_distance;
+    let [x, y, z, around] = occluder.flatness;
     AogridLookup {
         position: off_center.map(|x| x * per_distance + 0.5),
         is_reached: of_reach.iter().all(|s| *s <= 1.0),
-        outward: std::array::from_fn(|x| position[x] - occluder.center[x]),
+        outward: std::array::from_fn(|axis| position[axis] - occluder.center[axis]),
         distance,
         remainder: (fade * fade * (2.0 * fade - 3.0) + 1.0) * square,
-        flatness: dot(scaled.map(|s| s * s), occluder.flatness) * square,
+        flatness: dot(scaled.map(|s| s * s), [x, y, z]) * square + around,
     }
 }
 

@@ -38,9 +38,9 @@ struct AogridOccluder {
     /// The cells along each axis over the distance along its normal, in cells, at which a receiver
     /// on the occluder itself looks up the grid.
     per_step: vec3f,
-    /// The object's flatness towards the faces of the hull, which tells how fast its far field falls:
-    /// 0 like a sphere's, 1 like a disc's that faces the receiver.
-    flatness: vec3f,
+    /// The object's flatness tells how fast its far field falls: 0 like a sphere's, 1 like a disc's
+    /// that faces the receiver. It is w plus x, y and z times the squares of the point on the hull.
+    flatness: vec4f,
 }
 
 /// The place at which a receiver looks up a grid, see `aogrid_lookup`.
@@ -98,7 +98,7 @@ fn aogrid_lookup(occluder: AogridOccluder, position: vec3f) -> AogridLookup {
     let fade = saturate(fma(share, occluder.fade_scale, -3.0));
     let square = per_distance * per_distance;
     let remainder = fma(fade * fade, fma(2.0, fade, -3.0), 1.0) * square;
-    let flatness = dot(scaled * scaled, occluder.flatness) * square;
+    let flatness = fma(dot(scaled * scaled, occluder.flatness.xyz), square, occluder.flatness.w);
     let outward = position - occluder.center;
     return AogridLookup(at, share <= 1.0, outward, distance, remainder, flatness);
 }

@@ -117,10 +117,10 @@ pub struct AogridOccluder {
     /// the occluder itself looks up the grid.
     pub per_step: [f32; 3],
     pub(crate) unused_1: u32,
-    /// The object's flatness towards the faces of the hull, which tells how fast its far field falls:
-    /// 0 like a sphere's, 1 like a disc's that faces the receiver.
-    pub flatness: [f32; 3],
-    pub(crate) unused_2: u32,
+    /// The object's flatness tells how fast its far field falls: 0 like a sphere's, 1 like a disc's
+    /// that faces the receiver. It is the last number plus the others times the squares of the point on
+    /// the hull.
+    pub flatness: [f32; 4],
 }
 
 impl AogridOccluder {
@@ -177,7 +177,6 @@ impl AogridOccluder {
                 .map(|n| n as f32 / facts.self_offset.max(MIN_SELF_OFFSET)),
             unused_1: 0,
             flatness: facts.flatness,
-            unused_2: 0,
         })
     }
 }
@@ -309,7 +308,7 @@ mod tests {
             encoding,
             format: TexelFormat::Unorm8,
             distant_occlusion: [4.0 * a * (1.0 - a); 3],
-            flatness: [0.0; 3],
+            flatness: [0.0; 4],
             self_offset: 0.0,
         }
     }

@@ -7,8 +7,8 @@
 use crate::lookup::dot;
 pub use crate::lookup::{
     AogridLookup, aogrid_distant_axis, aogrid_distant_fraction, aogrid_grid_position,
-    aogrid_inverse_length, aogrid_is_on_itself, aogrid_lookup, aogrid_lookup_on_itself,
-    aogrid_row, aogrid_shades,
+    aogrid_inverse_length, aogrid_is_on_itself, aogrid_lookup, aogrid_lookup_on_itself, aogrid_row,
+    aogrid_shades,
 };
 use crate::wgsl::{
     AOGRID_CLIP_COS_OFFSET, AOGRID_CLIP_COS_SCALE, AOGRID_CLIP_FRACTION_OFFSET,

@@ -195,7 +195,11 @@ pub fn constants() -> String {
     );
     group(
         "The lower bound for fractions and cosines used as divisors; smaller values count as zero.",
-        floats!(AOGRID_FRACTION_EPSILON, AOGRID_MAX_FLATNESS),
+        floats!(AOGRID_FRACTION_EPSILON),
+    );
+    group(
+        "The upper bound of the flatness times the hull's squared sine of alpha.",
+        floats!(AOGRID_MAX_FLATNESS),
     );
     group(
         "The environment map: its last level, whose cones are hemispheres, and the rows of level 0.",

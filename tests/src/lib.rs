@@ -15,7 +15,9 @@ pub use lookup::{Shaded, cells_around};
 pub use random::Random;
 pub use surface::{surface_points, truth, winding_number};
 
-use aogrid_bake_core::{BakeOptions, Placement, RawGrid, TriangleMesh, UNOBSERVED, post, post::Refinements};
+use aogrid_bake_core::{
+    BakeOptions, Placement, RawGrid, TriangleMesh, UNOBSERVED, post, post::Refinements,
+};
 use aogrid_grid_format::{BoundaryMode, Encoding, Grid, Source, TexelFormat};
 
 /// Returns the options of the papers with samples exactly at cell centers, no boundary treatment and
@@ -68,5 +70,6 @@ fn source() -> Source {
 ///
 /// If the moments do not make a valid grid.
 pub fn finish(raw: RawGrid, placement: &Placement, options: &BakeOptions) -> Grid {
-    post::finish(raw, &Refinements::default(), placement, options, source()).expect("the moments make a grid")
+    post::finish(raw, &Refinements::default(), placement, options, source())
+        .expect("the moments make a grid")
 }

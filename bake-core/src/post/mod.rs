@@ -36,7 +36,7 @@ pub struct Refinements<'a> {
     /// The points that cells near the surface are fitted to; `None` leaves the cells as baked.
     pub near: Option<NearSurface<'a>>,
     /// The object's flatness (see [`BakeRecord::flatness`]); zero for the far field of a sphere.
-    pub flatness: [f32; 3],
+    pub flatness: [f32; 4],
 }
 
 /// Post-processes and encodes the grid that a baker made with `options` at `placement` from

@@ -158,6 +158,7 @@ fn grid_lines(grid: &Grid) -> Vec<String> {
     let source = &record.source;
     let part = source.part.as_ref().map(|part| format!(", part `{part}`"));
     let [ox, oy, oz] = record.sample_offset;
+    let [fx, fy, fz, f] = record.flatness;
     let max_distance = record
         .max_distance
         .map_or("unlimited".into(), |distance| distance.to_string());
@@ -199,6 +200,7 @@ fn grid_lines(grid: &Grid) -> Vec<String> {
             },
             record.self_offset
         ),
+        format!("far field  flatness {f} + {fx} x² + {fy} y² + {fz} z² (0 a sphere, 1 a disc)"),
         format!(
             "source     {}{}, {} triangles",
             source.name,

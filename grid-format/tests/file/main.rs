@@ -52,7 +52,7 @@ fn record() -> BakeRecord {
         snap: false,
         fit: false,
         self_offset: 0.0,
-        flatness: [0.0; 3],
+        flatness: [0.0; 4],
         check: None,
         boundary: Boundary {
             requested: BoundaryMode::Jgt,

@@ -53,6 +53,19 @@ pub fn faded_ball_in(spec: GridSpec, format: TexelFormat) -> Grid {
     Grid::encode(spec, Encoding::Cone, format, &cells, record()).expect("a grid")
 }
 
+/// Returns the same grid of an object that is flat along y, so that its far field reaches farther along
+/// y than along the other axes.
+pub fn flattened(grid: &Grid) -> Grid {
+    let cells: Vec<_> = (0..grid.spec().cell_count())
+        .map(|idx| grid.cell(idx))
+        .collect();
+    let record = BakeRecord {
+        flatness: [-1.0, 0.9, 0.5, 0.1],
+        ..grid.record().clone()
+    };
+    Grid::encode(*grid.spec(), grid.encoding(), grid.format(), &cells, record).expect("a grid")
+}
+
 fn grid(
     spec: GridSpec,
     encoding: Encoding,
@@ -92,7 +105,7 @@ fn record() -> BakeRecord {
         snap: false,
         fit: false,
         self_offset: 0.0,
-        flatness: [0.0; 3],
+        flatness: [0.0; 4],
         check: None,
         boundary: Boundary {
             requested: BoundaryMode::None,

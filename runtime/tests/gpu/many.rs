@@ -8,7 +8,7 @@ use aogrid_runtime::{
 };
 use glam::Mat4;
 
-use crate::grids::{ball_in, faded_ball_in, other_spec, spec};
+use crate::grids::{ball_in, faded_ball_in, flattened, other_spec, spec};
 use crate::raster::world_and_signed;
 use crate::scene::{GBuffer, gbuffer_of, surfaces, transforms};
 
@@ -74,7 +74,7 @@ impl ManyOccluders {
     pub fn with_far_fields(size: [u32; 2], camera: Mat4) -> Self {
         let mut many = Self::new(size, camera);
         many.grids = [spec(), other_spec()]
-            .map(|spec| ball_in(spec, Encoding::Moment, TexelFormat::F16))
+            .map(|spec| flattened(&ball_in(spec, Encoding::Moment, TexelFormat::F16)))
             .to_vec();
         for ((_, instance), object_id) in many.occluders.iter_mut().zip([3, 1, 18]) {
             instance.object_id = object_id;

@@ -167,8 +167,14 @@ fn measure(path: &Path, args: &Args, console: &Console) -> anyhow::Result<ModelR
             } = timed.with_context(shown)?;
             *provenance = Some(found);
             let start = Instant::now();
-            post::finish(raw, &Refinements::default(), &placement, &options, Source::from(&loaded))
-                .with_context(shown)?;
+            post::finish(
+                raw,
+                &Refinements::default(),
+                &placement,
+                &options,
+                Source::from(&loaded),
+            )
+            .with_context(shown)?;
             if repeat > 0 {
                 samples.push([prepare_s, visibility_s, start.elapsed().as_secs_f64()]);
             }

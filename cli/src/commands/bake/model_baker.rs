@@ -143,9 +143,10 @@ impl ModelBaker<'_> {
     }
 }
 
-/// The device and times of a grid's bakes: of its cells, and of the finer lattice of the fit.
+/// The device and times of a grid's bakes: of its cells, and of the lattices of points that refine it.
 #[derive(Default)]
 struct Stages {
+    bakes: u32,
     /// The device and algorithm of the first.
     provenance: Option<Provenance>,
     prepare_s: f64,
@@ -156,14 +157,15 @@ struct Stages {
 impl Stages {
     /// Returns the title of the next bake's progress.
     fn title(&self, job: &str) -> String {
-        match self.provenance {
-            None => job.to_owned(),
-            Some(_) => format!("{job}, near the surface"),
+        match self.bakes {
+            0 => job.to_owned(),
+            n => format!("{job}, refinement {n}"),
         }
     }
 
     /// Adds a bake and returns its moments.
     fn push(&mut self, timed: TimedBake) -> RawGrid {
+        self.bakes += 1;
         self.provenance.get_or_insert(timed.provenance);
         self.prepare_s += timed.prepare_s;
         self.visibility_s += timed.visibility_s;

@@ -1,5 +1,5 @@
 use super::*;
-use crate::grids::{RADIUS, ball_in, length};
+use crate::grids::{RADIUS, ball_in, flattened, length};
 
 /// The threshold of the far field in these tests: it ends some three boxes away.
 const THRESHOLD: f32 = 0.02;
@@ -31,7 +31,7 @@ fn the_far_field_matches_the_cpu_twin() {
     let Some(gpu) = gpu() else { return };
     let table = CpuTexture::transmittance_table();
     for encoding in [Encoding::Moment, Encoding::Cone] {
-        let harness = Harness::new(&gpu, ball(encoding, TexelFormat::F16), &far());
+        let harness = Harness::new(&gpu, flattened(&ball(encoding, TexelFormat::F16)), &far());
         let grid = CpuTexture::of_grid(&harness.grid);
         let inputs = around();
         let occluder = &harness.occluder;

@@ -8,6 +8,8 @@ const AT_CENTER: AogridLookup = AogridLookup {
     is_reached: true,
     outward: [0.0; 3],
     distance: 1.0,
+    remainder: 1.0,
+    flatness: 0.0,
 };
 
 /// Returns an occluder of the moment encoding in place, with strength 1.

@@ -13,7 +13,7 @@ use aogrid_runtime::{
 use glam::camera::rh::{proj, view};
 use glam::{Mat4, Vec3};
 
-use crate::grids::ball;
+use crate::grids::{ball, flattened};
 use crate::scene::{SIZE, Shape, Surface, gbuffer, orthographic, perspective, reversed};
 
 pub use scene::{Scene, descriptor, faded, max_difference, world_and_signed};
@@ -53,7 +53,8 @@ fn far_fields_end_where_they_have_faded_out() {
     let Some(gpu) = gpu() else { return };
     for mode in [Mode::Cone, Mode::Occlusion] {
         for camera in [perspective(), orthographic()] {
-            let mut scene = Scene::new(camera, ball(Encoding::Moment, TexelFormat::F16));
+            let grid = flattened(&ball(Encoding::Moment, TexelFormat::F16));
+            let mut scene = Scene::new(camera, grid);
             for instance in &mut scene.instances {
                 instance.far_field = Some(0.05);
             }

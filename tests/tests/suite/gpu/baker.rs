@@ -7,7 +7,7 @@ use aogrid_bake_core::{
     RayFallbackReason, UNOBSERVED, bake_grid, post, post::Refinements,
 };
 use aogrid_baker_gpu::{BakeError, Baker};
-use aogrid_grid_format::{Encoding, Sampling, TexelFormat};
+use aogrid_grid_format::{BakeRecord, Encoding, Sampling, TexelFormat};
 use aogrid_tests::{exact_options, gpu, grid};
 
 use super::{bake, bake_by, placed};
@@ -81,7 +81,13 @@ fn baking_occlusion_alone_gives_the_same_occlusion() {
                 blake3: "0".repeat(64),
                 triangles: 1,
             };
-            let grid = post::finish(raw, &Refinements::default(), &Placement::paper(), &options, source);
+            let grid = post::finish(
+                raw,
+                &Refinements::default(),
+                &Placement::paper(),
+                &options,
+                source,
+            );
             grid.unwrap().texels().to_vec()
         };
         assert_eq!(texels(raw), texels(with_directions));
@@ -111,7 +117,12 @@ fn the_default_preset_is_the_same_as_on_the_cpu() {
         Ok(bake(context, &mesh, spec, options))
     };
     let on_gpu = bake_grid(&mesh, &placement, &options, source, visibility).unwrap();
-    assert_eq!(on_gpu.record(), on_cpu.record());
+    let [a, b] = [&on_gpu, &on_cpu].map(|grid| grid.record().clone());
+    // The far field is fitted to points whose fractions differ as little.
+    let far = (0..4).map(|x| (a.flatness[x] - b.flatness[x]).abs());
+    assert!(far.fold(0.0, f32::max) <= 0.02, "{:?}", a.flatness);
+    let flatness = a.flatness;
+    assert_eq!(a, BakeRecord { flatness, ..b });
     let pairs = on_gpu.decode().into_iter().zip(on_cpu.decode());
     let squares: Vec<f64> = pairs.map(|(a, b)| f64::from(a - b).powi(2)).collect();
     let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
