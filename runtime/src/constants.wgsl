@@ -15,6 +15,8 @@ const AOGRID_MERGE_ANGLE_OFFSET = 0.015625;
 const AOGRID_AXIS_EPSILON = 1e-8;
 // The lower bound of a squared length in any unit that is a divisor.
 const AOGRID_SQUARE_EPSILON = 1e-30;
+// The cross product of two corners up to which the edge between them counts as seen from its end.
+const AOGRID_LENGTH_EPSILON = 1e-18;
 // Keeps the closed form of T_clip finite where the tangent plane touches the cone's rim.
 const AOGRID_RIM_EPSILON = 1e-12;
 // The lower bound for fractions and cosines used as divisors; smaller values count as zero.
@@ -31,4 +33,8 @@ const AOGRID_TILE = 16u;
 const AOGRID_TILE_WORDS = 128u;
 const AOGRID_LIST_OPAQUE = 0u;
 const AOGRID_LIST_ALL_DEPTHS = 1u;
+// The weights of volumes.
+const AOGRID_WEIGHT_NONE = 0u;
+const AOGRID_WEIGHT_LINEAR = 1u;
+const AOGRID_WEIGHT_EDGES = 2u;
 const AOGRID_PI = 3.1415927;

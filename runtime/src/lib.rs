@@ -62,6 +62,7 @@
 pub mod environment;
 pub mod shading;
 pub mod tables;
+pub mod volumes;
 pub mod wgsl;
 
 mod boxes;

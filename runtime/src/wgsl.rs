@@ -5,6 +5,7 @@ use std::fmt::Write;
 use aogrid_tables::{ClipTable, MergeTable};
 
 use crate::EnvironmentMap;
+use crate::volumes::{AOGRID_WEIGHT_EDGES, AOGRID_WEIGHT_LINEAR, AOGRID_WEIGHT_NONE};
 
 /// The files of the shading library, for `concat!`.
 macro_rules! shading {
@@ -25,6 +26,10 @@ pub const SHADING: &str = shading!();
 /// The environment-light library: paste it behind [`SHADING`]. It holds pure functions and two
 /// structs, with the same prefix.
 pub const ENVIRONMENT: &str = include_str!("environment.wgsl");
+
+/// The library of [`volumes`](crate::volumes): paste it behind [`SHADING`]. It holds pure functions and
+/// two structs, with the same prefix.
+pub const VOLUMES: &str = include_str!("volumes.wgsl");
 
 /// The source of the raster pass, for reading and for measuring, as
 /// [`OcclusionPass`](crate::OcclusionPass) compiles it.
@@ -98,6 +103,10 @@ pub(crate) const AOGRID_AXIS_EPSILON: f32 = 1e-8;
 
 /// The lower bound of a squared length in any unit that is a divisor.
 pub(crate) const AOGRID_SQUARE_EPSILON: f32 = 1e-30;
+
+/// The length of the cross product of two corners, in squared world units, up to which the edge between
+/// them counts as seen from its end. Single precision rounds the coordinates of a receiver by more.
+pub(crate) const AOGRID_LENGTH_EPSILON: f32 = 1e-18;
 
 /// The lower bound of the radicand in the closed form of T_clip, which keeps it finite. Its root,
 /// 1e-6, is below the single-precision rounding of the angles that it enters.
@@ -190,6 +199,10 @@ pub fn constants() -> String {
         floats!(AOGRID_SQUARE_EPSILON),
     );
     group(
+        "The cross product of two corners up to which the edge between them counts as seen from its end.",
+        floats!(AOGRID_LENGTH_EPSILON),
+    );
+    group(
         "Keeps the closed form of T_clip finite where the tangent plane touches the cone's rim.",
         floats!(AOGRID_RIM_EPSILON),
     );
@@ -216,6 +229,14 @@ pub fn constants() -> String {
             AOGRID_TILE_WORDS,
             AOGRID_LIST_OPAQUE,
             AOGRID_LIST_ALL_DEPTHS
+        ),
+    );
+    group(
+        "The weights of volumes.",
+        unsigned!(
+            AOGRID_WEIGHT_NONE,
+            AOGRID_WEIGHT_LINEAR,
+            AOGRID_WEIGHT_EDGES
         ),
     );
     group("", floats!(AOGRID_PI));

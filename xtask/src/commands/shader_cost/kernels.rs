@@ -131,7 +131,7 @@ fn cone_with_box_test(o: AogridOccluder, p: vec3f, n: vec3f) -> f32 {
 }
 fn soft_cone_in_its_box(o: AogridOccluder, p: vec3f, n: vec3f) -> f32 {
     let found = aogrid_lookup(o, p);
-    let lookup = AogridLookup(found.position, found.is_reached, vec3f(), 1.0);
+    let lookup = AogridLookup(found.position, found.is_reached, vec3f(), 1.0, 1.0, 0.0);
     let t = aogrid_cone_at(o, grid, table, linear_clamp, lookup, n);
     return select(1.0, t, lookup.is_reached);
 }
