@@ -54,6 +54,8 @@
 //!   reads.
 //! * [`EnvironmentMap`], [`EnvironmentPass`], [`wgsl::ENVIRONMENT`] and its twin [`environment`]:
 //!   environment light, less the part that the occluders block.
+//! * [`VolumePass`], [`wgsl::VOLUMES`] and its twin [`volumes`]: the analytic occlusion of triangles, for
+//!   objects that deform and need no bake.
 //! * [`CpuTexture`]: a texture and its linear filter on the CPU.
 //!
 //! The crate creates no device, submits nothing and never waits; every GPU object has a label.
@@ -81,6 +83,7 @@ mod occluder;
 mod occlusion_pass;
 mod pipelines;
 mod tiled_pass;
+mod volume_pass;
 
 pub use cpu_texture::CpuTexture;
 pub use environment::{AogridEnvironment, Up};
@@ -103,5 +106,9 @@ pub use shading::AogridCone;
 pub use tiled_pass::{
     AogridAtlasOccluder, AogridTiles, Combine, TiledFrame, TiledPass, TiledPassDescriptor,
 };
+pub use volume_pass::{
+    VolumeFrame, VolumeFrameError, VolumeObject, VolumePass, VolumePassDescriptor, VolumePassError,
+};
+pub use volumes::{AogridVolume, VolumeError, VolumeWeight};
 pub use wgpu;
 pub use wgsl::{AOGRID_LIST_ALL_DEPTHS, AOGRID_LIST_OPAQUE, AOGRID_NO_OBJECT, AOGRID_TILE};

@@ -239,6 +239,19 @@ pub(crate) fn world_from_clip(
     finite(inverse).map(|m| m.as_mat4().to_cols_array_2d())
 }
 
+/// Returns the rows of a transform, and whether it is a reflection, if it and the strength are valid.
+pub(crate) fn world_from_object(
+    columns: [[f32; 4]; 4],
+    strength: f32,
+) -> Result<([[f32; 4]; 3], bool), InstanceError> {
+    let instance = Instance {
+        strength,
+        ..Instance::at(columns)
+    };
+    let m = validated_transform(&instance)?;
+    Ok((rows(m)?, m.determinant() < 0.0))
+}
+
 /// Returns the instance's transform, if the instance is valid.
 fn validated_transform(instance: &Instance) -> Result<DMat4, InstanceError> {
     let m = finite(dmat4(instance.world_from_object))?;

@@ -40,6 +40,14 @@ pub const OCCLUSION_PASS: &str = concat!(
     include_str!("occlusion_pass/occlusion_pass.wgsl")
 );
 
+/// The source of the volume pass, as [`VolumePass`](crate::VolumePass) compiles it.
+pub const VOLUME_PASS: &str = concat!(
+    shading!(),
+    include_str!("volumes.wgsl"),
+    include_str!("gbuffer/gbuffer.wgsl"),
+    include_str!("volume_pass/volume_pass.wgsl")
+);
+
 /// The source of the merging raster pass, as [`MergePass`](crate::MergePass) compiles it.
 pub const MERGE_PASS: &str = concat!(
     shading!(),

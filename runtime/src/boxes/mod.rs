@@ -12,7 +12,7 @@ use crate::occluder::clip_from_box;
 use crate::pipelines::PipelinesByEncoding;
 use crate::{AogridOccluder, GridTexture, Instance, InstanceError, grid_texture};
 
-pub(crate) use pipeline::{BoxPipelineDescriptor, pipeline};
+pub(crate) use pipeline::{BoxPipelineDescriptor, ProxyShape, pipeline};
 
 /// The occluder draws of a frame, in the caller's order.
 #[derive(Debug)]

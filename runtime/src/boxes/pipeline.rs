@@ -1,13 +1,41 @@
-//! The pipeline of a pass that draws boxes.
+//! The pipeline of a pass that draws proxy shapes: boxes around occluders, prisms around triangles.
 
 use crate::gbuffer::DepthTest;
 
-/// The parameters of a pipeline that draws boxes.
+/// The shape that a pass draws in place of what casts.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum ProxyShape {
+    /// A triangle strip: `box_with_depth` and `box_without_depth` in the WGSL.
+    Box,
+    /// A list of triangles: `prism_with_depth` and `prism_without_depth`.
+    Prism,
+}
+
+impl ProxyShape {
+    fn vertex_stage(self, with_depth: bool) -> &'static str {
+        match (self, with_depth) {
+            (Self::Box, true) => "box_with_depth",
+            (Self::Box, false) => "box_without_depth",
+            (Self::Prism, true) => "prism_with_depth",
+            (Self::Prism, false) => "prism_without_depth",
+        }
+    }
+
+    fn topology(self) -> wgpu::PrimitiveTopology {
+        match self {
+            Self::Box => wgpu::PrimitiveTopology::TriangleStrip,
+            Self::Prism => wgpu::PrimitiveTopology::TriangleList,
+        }
+    }
+}
+
+/// The parameters of a pipeline that draws proxy shapes.
 pub(crate) struct BoxPipelineDescriptor<'a> {
     pub(crate) label: &'a str,
     pub(crate) wgsl: &'a str,
     /// The layouts of all bind groups, in their order.
     pub(crate) layouts: &'a [&'a wgpu::BindGroupLayout],
+    pub(crate) shape: ProxyShape,
     pub(crate) fragment: &'a str,
     /// The `override`s of the WGSL.
     pub(crate) constants: &'a [(&'static str, f64)],
@@ -40,15 +68,12 @@ pub(crate) fn pipeline(
         layout: Some(&layout),
         vertex: wgpu::VertexState {
             module: &module,
-            entry_point: Some(match descriptor.depth {
-                Some(_) => "box_with_depth",
-                None => "box_without_depth",
-            }),
+            entry_point: Some(descriptor.shape.vertex_stage(descriptor.depth.is_some())),
             compilation_options: compilation_options.clone(),
             buffers: &[],
         },
         primitive: wgpu::PrimitiveState {
-            topology: wgpu::PrimitiveTopology::TriangleStrip,
+            topology: descriptor.shape.topology(),
             front_face: descriptor.front_face,
             cull_mode: Some(wgpu::Face::Front),
             unclipped_depth: descriptor.depth.is_some()

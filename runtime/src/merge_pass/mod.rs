@@ -1,7 +1,7 @@
 //! The merging raster pass: merges the cones of the occluders one after the other, in a pair of
 //! buffers (RR-5779, 5.2.2).
 
-use crate::boxes::{self, BoxPipelineDescriptor, OccluderDraws, Uniforms};
+use crate::boxes::{self, BoxPipelineDescriptor, OccluderDraws, ProxyShape, Uniforms};
 use crate::frame::{Frame, PrepareError};
 use crate::gbuffer::{GBufferBindings, GBufferFormat, GBufferReads};
 use crate::occlusion_pass::PassError;
@@ -86,6 +86,7 @@ impl MergePass {
                 label: &descriptor.label,
                 wgsl: wgsl::MERGE_PASS,
                 layouts: &[bindings.layout(), draw, grid, &pair_layout],
+                shape: ProxyShape::Box,
                 fragment,
                 constants: &descriptor.constants(),
                 target: format.into(),

@@ -3,7 +3,7 @@
 use aogrid_grid_format::Encoding;
 
 use super::{Mode, OcclusionPassDescriptor, Output, PassError};
-use crate::boxes::{self, BoxPipelineDescriptor, OccluderDraws};
+use crate::boxes::{self, BoxPipelineDescriptor, OccluderDraws, ProxyShape};
 use crate::gbuffer::GBufferBindings;
 use crate::wgsl;
 
@@ -55,6 +55,7 @@ pub(super) fn new(
         label: &descriptor.label,
         wgsl: wgsl::OCCLUSION_PASS,
         layouts: &[bindings.layout(), draw, grid],
+        shape: ProxyShape::Box,
         fragment: match (descriptor.mode, descriptor.output) {
             (Mode::Occlusion, _) => "occlusion",
             (Mode::Cone, Output::Transmittance) => "cone",

@@ -26,9 +26,7 @@ mod twin;
 use bytemuck::{Pod, Zeroable};
 
 pub use exact::polygon_occlusion;
-pub use twin::{
-    aogrid_above_horizon, aogrid_form_factor, aogrid_volume_occlusion, aogrid_volume_weight,
-};
+pub use twin::*;
 
 /// The extent and weight of volumes: the struct of the same name in the WGSL, 16 bytes.
 #[repr(C)]

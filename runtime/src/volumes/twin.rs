@@ -45,27 +45,23 @@ pub fn aogrid_volume_weight(volume: AogridVolume, corners: [[f32; 3]; 3], height
     // The corners relative to the receiver's foot in the triangle's plane.
     let [a, b, c] = [a, b, c].map(|p| p + height * facing);
     let edges = [[a, b], [b, c], [c, a]];
-    let outside = edges.map(|edge| edge_distance(edge, facing));
+    let outside = edges.map(|edge| aogrid_edge_distance(edge, facing));
     if volume.weight == AOGRID_WEIGHT_EDGES {
         let ramps = outside.map(|d| (1.0 - d / volume.extent).clamp(0.0, 1.0));
-        return ramps[0] * ramps[1] * ramps[2] * fall_off(volume, height);
+        return ramps[0] * ramps[1] * ramps[2] * aogrid_fall_off(volume, height);
     }
     let distance = match outside.iter().all(|d| *d <= 0.0) {
         true => 0.0,
-        false => edges
-            .map(segment)
-            .into_iter()
-            .fold(f32::INFINITY, f32::min)
-            .sqrt(),
+        false => aogrid_distance([a, b, c]),
     };
     if volume.weight == AOGRID_WEIGHT_NONE {
         return f32::from(u8::from(distance < volume.extent));
     }
-    (1.0 - distance / volume.extent).clamp(0.0, 1.0) * fall_off(volume, height)
+    (1.0 - distance / volume.extent).clamp(0.0, 1.0) * aogrid_fall_off(volume, height)
 }
 
 /// The fall-off along the triangle's normal, 1 on its plane.
-fn fall_off(volume: AogridVolume, height: f32) -> f32 {
+pub fn aogrid_fall_off(volume: AogridVolume, height: f32) -> f32 {
     let left = 1.0 - height.abs() / volume.extent;
     match left > 0.0 {
         true => left.powf(volume.exponent),
@@ -74,13 +70,19 @@ fn fall_off(volume: AogridVolume, height: f32) -> f32 {
 }
 
 /// The signed distance of the origin beyond an edge in the plane with this normal.
-fn edge_distance([a, b]: [Vec3; 2], facing: Vec3) -> f32 {
+pub fn aogrid_edge_distance([a, b]: [Vec3; 2], facing: Vec3) -> f32 {
     let outward = (b - a).cross(facing);
     -a.dot(outward) / outward.length_squared().max(AOGRID_SQUARE_EPSILON).sqrt()
 }
 
+/// The distance of the origin from the edges of a triangle.
+pub fn aogrid_distance([a, b, c]: [Vec3; 3]) -> f32 {
+    let squared = [[a, b], [b, c], [c, a]].map(aogrid_segment);
+    squared.into_iter().fold(f32::INFINITY, f32::min).sqrt()
+}
+
 /// The squared distance of the origin from a segment.
-fn segment([a, b]: [Vec3; 2]) -> f32 {
+pub fn aogrid_segment([a, b]: [Vec3; 2]) -> f32 {
     let along = b - a;
     let t = -a.dot(along) / along.length_squared().max(AOGRID_SQUARE_EPSILON);
     (a + along * t.clamp(0.0, 1.0)).length_squared()
@@ -96,24 +98,24 @@ pub fn aogrid_above_horizon(corners: [[f32; 3]; 3], normal: [f32; 3]) -> [[f32; 
         (true, true, true) => [a, b, c, c],
         (false, false, false) => [a; 4],
         // Turned so that the first corner is above, and the last below.
-        (true, _, false) => cut([a, b, c], heights),
-        (false, true, _) => cut([b, c, a], [heights[1], heights[2], heights[0]]),
-        (_, false, true) => cut([c, a, b], [heights[2], heights[0], heights[1]]),
+        (true, _, false) => aogrid_cut([a, b, c], heights),
+        (false, true, _) => aogrid_cut([b, c, a], [heights[1], heights[2], heights[0]]),
+        (_, false, true) => aogrid_cut([c, a, b], [heights[2], heights[0], heights[1]]),
     };
     polygon.map(|p| p.to_array())
 }
 
 /// The part above the horizon of a triangle whose first corner is above it and whose last is not.
-fn cut([a, b, c]: [Vec3; 3], [of_a, of_b, of_c]: [f32; 3]) -> [Vec3; 4] {
-    let to_last = crossing([a, c], of_a, of_c);
+pub fn aogrid_cut([a, b, c]: [Vec3; 3], [of_a, of_b, of_c]: [f32; 3]) -> [Vec3; 4] {
+    let to_last = aogrid_crossing([a, c], of_a, of_c);
     match of_b > 0.0 {
-        true => [a, b, crossing([b, c], of_b, of_c), to_last],
-        false => [a, crossing([a, b], of_a, of_b), to_last, to_last],
+        true => [a, b, aogrid_crossing([b, c], of_b, of_c), to_last],
+        false => [a, aogrid_crossing([a, b], of_a, of_b), to_last, to_last],
     }
 }
 
 /// The point of the horizon between a point above it and one that is not.
-fn crossing([above, below]: [Vec3; 2], height: f32, depth: f32) -> Vec3 {
+pub fn aogrid_crossing([above, below]: [Vec3; 2], height: f32, depth: f32) -> Vec3 {
     above + (below - above) * (height / (height - depth))
 }
 
@@ -123,13 +125,16 @@ pub fn aogrid_form_factor(polygon: [[f32; 3]; 4], normal: [f32; 3]) -> f32 {
     let [p, q, r, s] = polygon.map(Vec3::from);
     let normal = Vec3::from(normal);
     let edges = [[p, q], [q, r], [r, s], [s, p]];
-    let sum: f32 = edges.map(|edge| edge_factor(edge, normal)).iter().sum();
+    let sum: f32 = edges
+        .map(|edge| aogrid_edge_factor(edge, normal))
+        .iter()
+        .sum();
     sum.abs() / TAU
 }
 
 /// The angle of an edge as seen from the receiver, times the cosine between its plane's normal and the
 /// receiver's; 0 for an edge without length or through the receiver.
-fn edge_factor([a, b]: [Vec3; 2], normal: Vec3) -> f32 {
+pub fn aogrid_edge_factor([a, b]: [Vec3; 2], normal: Vec3) -> f32 {
     let across = a.cross(b);
     let length = across.length();
     match length > AOGRID_LENGTH_EPSILON {

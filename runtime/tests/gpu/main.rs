@@ -17,6 +17,8 @@ mod modules;
 mod raster;
 /// The tiled pass against the raster pass and the CPU twin.
 mod tiled;
+/// The volume pass and its term against the CPU twin.
+mod volumes;
 
 /// Grids with a known answer in every cell.
 mod grids;

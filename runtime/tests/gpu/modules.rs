@@ -1,14 +1,18 @@
-use aogrid_runtime::{AogridAtlasOccluder, AogridEnvironment, AogridOccluder, AogridTiles, wgsl};
+use aogrid_runtime::{
+    AogridAtlasOccluder, AogridEnvironment, AogridOccluder, AogridTiles, AogridVolume, wgsl,
+};
 use std::mem::offset_of;
 
 /// Returns everything that the crate publishes or compiles, with its number of entry points.
-fn modules() -> [(&'static str, String, usize); 10] {
+fn modules() -> [(&'static str, String, usize); 12] {
     let tiled = |format| ("tiled pass", wgsl::tiled_pass(format), 2);
     [
         ("shading", wgsl::SHADING.to_owned(), 0),
         ("environment", LIBRARY.to_owned(), 0),
         ("occlusion pass", wgsl::OCCLUSION_PASS.to_owned(), 5),
         ("merge pass", wgsl::MERGE_PASS.to_owned(), 4),
+        ("volumes", wgsl::SHADING.to_owned() + wgsl::VOLUMES, 0),
+        ("volume pass", wgsl::VOLUME_PASS.to_owned(), 3),
         tiled("r32float"),
         tiled("rgba16float"),
         tiled("rgba32float"),
@@ -27,7 +31,8 @@ const LIBRARY: &str = concat!(
     include_str!("../../src/constants.wgsl"),
     include_str!("../../src/lookup.wgsl"),
     include_str!("../../src/shading.wgsl"),
-    include_str!("../../src/environment.wgsl")
+    include_str!("../../src/environment.wgsl"),
+    include_str!("../../src/volumes.wgsl")
 );
 
 fn parse(name: &str, source: &str) -> naga::Module {
@@ -75,12 +80,13 @@ fn every_shader_file_is_tested() {
             }
         }
     }
-    assert_eq!(found, 11);
+    assert_eq!(found, 13);
 }
 
 #[test]
 fn the_library_binds_nothing_and_uses_only_prefixed_names() {
-    assert_eq!(LIBRARY, [wgsl::SHADING, wgsl::ENVIRONMENT].concat());
+    let parts = [wgsl::SHADING, wgsl::ENVIRONMENT, wgsl::VOLUMES];
+    assert_eq!(LIBRARY, parts.concat());
     let module = parse("library", LIBRARY);
     assert!(module.global_variables.is_empty(), "it binds something");
     assert!(module.overrides.is_empty(), "it asks for constants");
@@ -101,6 +107,7 @@ fn every_function_has_a_cpu_twin_of_the_same_name() {
         include_str!("../../src/lookup.rs"),
         include_str!("../../src/shading.rs"),
         include_str!("../../src/environment.rs"),
+        include_str!("../../src/volumes/twin.rs"),
     ]
     .concat();
     for (_, function) in module.functions.iter() {
@@ -138,6 +145,18 @@ fn the_environment_has_the_same_layout_in_rust_and_wgsl() {
         ("scale", offset_of!(AogridEnvironment, scale)),
     ];
     assert_layout::<AogridEnvironment>(&module, "AogridEnvironment", &expected);
+}
+
+#[test]
+fn a_volume_has_the_same_layout_in_rust_and_wgsl() {
+    let module = parse("library", LIBRARY);
+    let expected = [
+        ("extent", offset_of!(AogridVolume, extent)),
+        ("exponent", offset_of!(AogridVolume, exponent)),
+        ("weight", offset_of!(AogridVolume, weight)),
+        ("two_sided", offset_of!(AogridVolume, two_sided)),
+    ];
+    assert_layout::<AogridVolume>(&module, "AogridVolume", &expected);
 }
 
 #[test]

@@ -1,0 +1,76 @@
+//! The pipeline of the volume pass.
+
+use super::draws::ObjectDraws;
+use super::{VolumePassDescriptor, VolumePassError};
+use crate::boxes::{self, BoxPipelineDescriptor, ProxyShape};
+use crate::gbuffer::{GBufferBindings, GBufferReads};
+use crate::wgsl;
+
+/// The storage buffers of the vertex stage: positions and indices.
+const STORAGE_BUFFERS: u32 = 2;
+
+/// Rejects targets and devices that do not work.
+pub(super) fn check(
+    device: &wgpu::Device,
+    target: wgpu::TextureFormat,
+) -> Result<(), VolumePassError> {
+    let buffers = device.limits().max_storage_buffers_per_shader_stage;
+    if buffers < STORAGE_BUFFERS {
+        return Err(VolumePassError::StorageBuffers(buffers));
+    }
+    let allowed = target.guaranteed_format_features(device.features());
+    let blends = allowed
+        .flags
+        .contains(wgpu::TextureFormatFeatureFlags::BLENDABLE);
+    let renders = allowed
+        .allowed_usages
+        .contains(wgpu::TextureUsages::RENDER_ATTACHMENT);
+    let is_float = [
+        wgpu::TextureFormat::R16Float,
+        wgpu::TextureFormat::R32Float,
+        wgpu::TextureFormat::Rg16Float,
+        wgpu::TextureFormat::Rg32Float,
+        wgpu::TextureFormat::Rgba16Float,
+        wgpu::TextureFormat::Rgba32Float,
+    ]
+    .contains(&target);
+    match blends && renders && is_float {
+        true => Ok(()),
+        false => Err(VolumePassError::Target(target)),
+    }
+}
+
+/// Compiles the pipeline.
+pub(super) fn new(
+    device: &wgpu::Device,
+    bindings: &GBufferBindings,
+    draws: &ObjectDraws,
+    descriptor: &VolumePassDescriptor,
+    reads: &GBufferReads,
+) -> wgpu::RenderPipeline {
+    let [object, geometry] = draws.layouts();
+    let sum = wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::One,
+        dst_factor: wgpu::BlendFactor::One,
+        operation: wgpu::BlendOperation::Add,
+    };
+    let prism_pipeline = BoxPipelineDescriptor {
+        label: &descriptor.label,
+        wgsl: wgsl::VOLUME_PASS,
+        layouts: &[bindings.layout(), object, geometry],
+        shape: ProxyShape::Prism,
+        fragment: "occlusion",
+        constants: &reads.constants(),
+        target: wgpu::ColorTargetState {
+            format: descriptor.target,
+            blend: Some(wgpu::BlendState {
+                color: sum,
+                alpha: sum,
+            }),
+            write_mask: wgpu::ColorWrites::ALL,
+        },
+        depth: descriptor.gbuffer.depth,
+        front_face: descriptor.front_face,
+    };
+    boxes::pipeline(device, &prism_pipeline)
+}
