@@ -30,6 +30,7 @@ use crate::reference::{AreaLight, ReferenceOptions};
 use aogrid_bake_core::mesh::{Part, Pose};
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh};
 use aogrid_grid_format::{Grid, Source};
+use aogrid_runtime::VolumeWeight;
 use glam::{DAffine3, DVec3};
 
 pub use camera::{Camera, Projection};
@@ -64,12 +65,26 @@ pub struct Scene {
     pub environment: Option<EnvironmentSource>,
     /// The options of path-traced truth; the command line may override them.
     pub truth: ReferenceOptions,
+    /// The volumes in which triangles occlude, in mode `volumes`.
+    pub volumes: VolumeSettings,
     /// The factor for radiance in pictures.
     pub exposure: f32,
     /// Whether pictures show light; otherwise they show 1 − AO.
     pub shows_light: bool,
     /// Notes of the mesh readers about what they left out or guessed, one line each.
     pub warnings: Vec<String>,
+}
+
+/// The volumes in which triangles occlude, in mode `volumes`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolumeSettings {
+    /// The distance at which occlusion ends, in world units; `None` for a quarter of the occluders'
+    /// largest extent.
+    pub extent: Option<f32>,
+    /// The fall-off within it.
+    pub weight: VolumeWeight,
+    /// Whether triangles occlude on both sides.
+    pub two_sided: bool,
 }
 
 /// A mesh in object space and the grid around it.
@@ -178,6 +193,24 @@ pub fn load(path: &Path, options: LoadOptions) -> Result<Scene> {
 pub fn parse(path: &Path, text: &str, options: LoadOptions) -> Result<Scene> {
     let source = diagnostics::SceneText::new(path, text);
     build::Builder::new(&source).build(source.parse()?, options)
+}
+
+impl Default for VolumeSettings {
+    /// The linear weight with an exponent of 1, on the front alone.
+    fn default() -> Self {
+        Self {
+            extent: None,
+            weight: VolumeWeight::Linear { exponent: 1.0 },
+            two_sided: false,
+        }
+    }
+}
+
+impl Instance {
+    /// Whether the instance shades a receiver with this id and these layers.
+    pub(crate) fn casts_on_receiver(&self, id: u32, layers: u32) -> bool {
+        self.casts_on & layers != 0 && !self.excludes.contains(&id)
+    }
 }
 
 impl Scene {

@@ -18,6 +18,7 @@ pub(super) struct SceneFile {
     pub camera: Option<Spanned<CameraFile>>,
     pub picture: Option<PictureFile>,
     pub truth: Option<TruthFile>,
+    pub volumes: Option<Spanned<VolumesFile>>,
     pub ambient: Option<Color>,
     pub area_light: Option<Spanned<AreaLightFile>>,
     pub environment: Option<Spanned<EnvironmentFile>>,
@@ -65,6 +66,25 @@ pub(super) struct PictureFile {
 pub(super) enum ShowFile {
     Ao,
     Light,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct VolumesFile {
+    pub extent: Option<Positive>,
+    pub weight: Option<WeightFile>,
+    pub exponent: Option<Spanned<NonNegative>>,
+    #[serde(default)]
+    pub two_sided: bool,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum WeightFile {
+    None,
+    #[default]
+    Linear,
+    Edges,
 }
 
 #[derive(Deserialize)]

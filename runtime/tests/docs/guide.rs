@@ -143,3 +143,36 @@ fn light_from_an_environment(
     // End.
     Ok(())
 }
+
+fn volumes_of_a_deforming_object(
+    (device, queue): (wgpu::Device, wgpu::Queue),
+    mut render_pass: wgpu::RenderPass<'_>,
+    (format, gbuffer): (GBufferFormat, GBufferViews<'_>),
+    (skinned, indices, triangles): (wgpu::Buffer, wgpu::Buffer, u32),
+    world_from_object: Matrix,
+) -> Result<(), Box<dyn Error>> {
+    // docs/volumes.md, "In a renderer":
+    let descriptor = VolumePassDescriptor {
+        label: "proximity shadows of characters".into(),
+        target: VolumePass::target_format(&device),
+        gbuffer: format,
+        front_face: wgpu::FrontFace::Ccw,
+    };
+    let mut pass = VolumePass::new(&device, &descriptor)?;
+    let object = VolumeObject {
+        positions: &skinned, // your vertex buffer, with usage STORAGE
+        stride: 8,           // floats from one vertex to the next
+        indices: &indices,
+        triangles,
+        world_from_object,
+        volume: AogridVolume::new(0.3, VolumeWeight::Linear { exponent: 1.0 }, false)?,
+        strength: 1.0,
+        layers: u32::MAX,
+        excluded: [AOGRID_NO_OBJECT; 4],
+    };
+    let objects = &[object];
+    pass.prepare(&device, &queue, &VolumeFrame { gbuffer, objects })?;
+    pass.draw(&mut render_pass); // over a target that is cleared to 0
+    // End.
+    Ok(())
+}

@@ -5,15 +5,20 @@ mod meshes;
 
 use std::collections::HashMap;
 
+use aogrid_runtime::VolumeWeight;
 use glam::DVec3;
 use toml::Spanned;
 
 use super::camera::Camera;
 use super::diagnostics::SceneText;
 use super::environment::EnvironmentSource;
-use super::schema::{AreaLightFile, MaterialFile, SceneFile, ShowFile, TruthFile, UpAxis};
+use super::schema::{
+    AreaLightFile, MaterialFile, SceneFile, ShowFile, TruthFile, UpAxis, VolumesFile, WeightFile,
+};
 use super::values::{color, triple};
-use super::{Instance, LoadOptions, Material, ReceiverList, Scene, SceneMesh, receivers};
+use super::{
+    Instance, LoadOptions, Material, ReceiverList, Scene, SceneMesh, VolumeSettings, receivers,
+};
 use crate::error::SceneError;
 use crate::reference::{AreaLight, ReferenceOptions};
 
@@ -93,6 +98,10 @@ impl<'a> Builder<'a> {
             Some(environment) => Some(EnvironmentSource::new(self.source, environment, up_axis)?),
             None => None,
         };
+        let volumes = match file.volumes {
+            Some(volumes) => self.volumes(&volumes)?,
+            None => VolumeSettings::default(),
+        };
         let picture = file.picture.as_ref();
         let show = picture.and_then(|picture| picture.show);
         let mut scene = Scene {
@@ -107,6 +116,7 @@ impl<'a> Builder<'a> {
             area_light,
             environment,
             truth: truth_options(file.truth),
+            volumes,
             exposure: picture
                 .and_then(|picture| picture.exposure)
                 .map_or(1.0, |v| v.f32()),
@@ -176,6 +186,25 @@ impl<'a> Builder<'a> {
             receivers.object = Some(found.id);
         }
         Ok(receivers)
+    }
+
+    fn volumes(&self, volumes: &Spanned<VolumesFile>) -> crate::Result<VolumeSettings> {
+        let file = volumes.get_ref();
+        let exponent = file.exponent.as_ref().map_or(1.0, |v| v.get_ref().0 as f32);
+        let weight = match (file.weight.unwrap_or_default(), &file.exponent) {
+            (WeightFile::None, Some(given)) => {
+                let message = "weight `none` does not fall off and has no exponent";
+                return Err(self.source.error_at(given, "volumes.exponent", message));
+            }
+            (WeightFile::None, None) => VolumeWeight::None,
+            (WeightFile::Linear, _) => VolumeWeight::Linear { exponent },
+            (WeightFile::Edges, _) => VolumeWeight::Edges { exponent },
+        };
+        Ok(VolumeSettings {
+            extent: file.extent.map(|v| v.f32()),
+            weight,
+            two_sided: file.two_sided,
+        })
     }
 
     fn area_light(&self, light: &Spanned<AreaLightFile>) -> crate::Result<AreaLight> {

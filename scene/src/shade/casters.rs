@@ -37,7 +37,7 @@ pub(super) struct Caster<'a> {
 impl Caster<'_> {
     /// Whether the instance shades a receiver with this id and these layers.
     pub(super) fn casts_on(&self, id: u32, layers: u32) -> bool {
-        self.instance.casts_on & layers != 0 && !self.instance.excludes.contains(&id)
+        self.instance.casts_on_receiver(id, layers)
     }
 
     /// Returns the look-up of the grid by a receiver with this id.

@@ -16,6 +16,7 @@ mod occlusion;
 mod raster;
 mod target;
 mod truth;
+mod volumes;
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -31,7 +32,7 @@ use crate::{Grids, Instance, Scene};
 pub use target::{Shaded, Target};
 
 /// Every mode.
-pub const ALL: [&Mode; 7] = [
+pub const ALL: [&Mode; 8] = [
     &truth::MODE,
     &occlusion::MODE,
     &cone::MODE,
@@ -39,6 +40,7 @@ pub const ALL: [&Mode; 7] = [
     &mean::MODE,
     &environment::MODE,
     &environment_merge::MODE,
+    &volumes::MODE,
 ];
 
 /// A way to shade a scene.

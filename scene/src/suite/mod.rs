@@ -33,7 +33,7 @@ use serde::Serialize;
 use crate::error::{Context, Result, bail};
 use crate::reference::ReferenceOptions;
 use crate::shade::{Mode, ShadeInput, Stages, Target};
-use crate::{GridSource, Instance, Material, Scene, SceneMesh, paths};
+use crate::{GridSource, Instance, Material, Scene, SceneMesh, VolumeSettings, paths};
 
 pub use areas::Area;
 use poses::{Pose, poses};
@@ -329,6 +329,7 @@ fn scene_of(subject: &Subject, pose: &Pose, grid: &GridSource) -> Scene {
         area_light: None,
         environment: None,
         truth: ReferenceOptions::recommended(),
+        volumes: VolumeSettings::default(),
         exposure: 1.0,
         shows_light: false,
         warnings: vec![],

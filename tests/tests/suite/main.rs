@@ -58,3 +58,5 @@ mod symmetry;
 mod tint;
 /// The path-traced reference against closed forms.
 mod truth;
+/// Ambient occlusion volumes against ray tracing.
+mod volumes;
