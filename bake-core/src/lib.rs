@@ -61,7 +61,9 @@ pub use layers::SignedLayers;
 pub use mesh::TriangleMesh;
 pub use observer::{Observer, Progress, UNOBSERVED};
 pub use options::{BakeOptions, OptionsError};
-pub use pipeline::{PipelineError, bake_grid, bake_grid_at, near_surface_lattice};
+pub use pipeline::{
+    ALGORITHM_VERSION, PipelineError, bake_grid, bake_grid_at, near_surface_lattice,
+};
 pub use placement::{Extent, Placement, PlacementError};
 pub use prepared::{PrepareError, PreparedMesh};
 pub use preset::Preset;

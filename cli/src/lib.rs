@@ -23,6 +23,7 @@ mod memory;
 pub mod npy;
 #[doc(hidden)]
 pub mod output;
+mod usage;
 
 use std::process::ExitCode;
 
@@ -121,10 +122,17 @@ pub fn run() -> ExitCode {
 pub fn exit_code(console: &Console, result: &anyhow::Result<()>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            console.error(error);
-            ExitCode::FAILURE
-        }
+        Err(error) => match error.downcast_ref::<clap::Error>() {
+            Some(usage) => {
+                // A closed stderr changes nothing about the status.
+                let _ = usage.print();
+                ExitCode::from(2)
+            }
+            None => {
+                console.error(error);
+                ExitCode::FAILURE
+            }
+        },
     }
 }
 

@@ -223,6 +223,6 @@ fn samples_are_refined_or_refused() {
     ok("sample torus -o {} --triangles 3001", &[&obj]);
     let text = fs::read_to_string(&obj).unwrap();
     assert_eq!(text.lines().filter(|l| l.starts_with("f ")).count(), 3002);
-    assert!(fails("sample torus -o {} --triangles 3", &[&obj]).contains("at least"));
+    assert!(fails("sample torus -o {} --triangles 3 --force", &[&obj]).contains("at least"));
     assert_eq!(run("sample pyramid -o {}", &[&obj]).status.code(), Some(2));
 }

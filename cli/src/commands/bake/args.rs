@@ -15,6 +15,7 @@ use super::values::{
 };
 use crate::backend::BackendRequest;
 use crate::memory;
+use crate::usage::conflict;
 
 /// Bake the ambient occlusion around a model into a grid file
 ///
@@ -111,7 +112,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "I/N", value_parser = inputs::shard)]
     pub shard: Option<(usize, usize)>,
     /// Print the numbers and names of the models, and bake nothing
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["dry_run", "json", "depfile", "cache"])]
     pub list: bool,
     /// End at the first model or part that fails, instead of going on with the rest
     #[arg(long)]
@@ -119,7 +120,14 @@ pub(crate) struct Args {
     /// Refuse what needs more memory than this, such as 900M or 2G [default: what is free]
     #[arg(long, value_name = "BYTES", value_parser = memory::bytes)]
     pub max_memory: Option<u64>,
-    /// Bake outputs that are up to date, too
+    /// Write the files that each output was made from as a rule of a Makefile, for build systems
+    #[arg(long, value_name = "FILE", conflicts_with = "dry_run")]
+    pub depfile: Option<PathBuf>,
+    /// Keep grids in this folder and take them from there where the same model is baked with the
+    /// same options again; runs and machines may share it
+    #[arg(long, value_name = "DIR", conflicts_with = "dry_run")]
+    pub cache: Option<PathBuf>,
+    /// Bake outputs that are up to date, too, and replace files that are no grids
     #[arg(long)]
     pub force: bool,
     /// Print what would be baked and the grid's box, and write nothing
@@ -183,7 +191,7 @@ pub enum AlgorithmArg {
     Rays,
 }
 
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 pub enum BackendArg {
     Auto,
     Cpu,
@@ -203,10 +211,7 @@ impl SharedArgs {
     /// Returns the requested device; an error if an option would have no effect.
     pub fn backend(&self) -> Result<BackendRequest, clap::Error> {
         match (self.backend, &self.adapter) {
-            (BackendArg::Cpu, Some(_)) => Err(clap::Error::raw(
-                clap::error::ErrorKind::ArgumentConflict,
-                "--adapter needs --backend gpu or auto\n",
-            )),
+            (BackendArg::Cpu, Some(_)) => Err(conflict("--adapter needs --backend gpu or auto")),
             (BackendArg::Cpu, None) => Ok(BackendRequest::Cpu),
             (BackendArg::Auto, None) => Ok(BackendRequest::Auto),
             (BackendArg::Gpu, None) => Ok(BackendRequest::Gpu(AdapterSelector::Real)),
@@ -250,11 +255,7 @@ impl Args {
                 SamplingArg::Faces => "monte-carlo",
                 SamplingArg::MonteCarlo => "faces",
             };
-            let message = format!("{name} needs --sampling {other}\n");
-            return Err(clap::Error::raw(
-                clap::error::ErrorKind::ArgumentConflict,
-                message,
-            ));
+            return Err(conflict(format!("{name} needs --sampling {other}")));
         }
         let preset = self.preset.options();
         let encoding = self.encoding.unwrap_or(preset.encoding);
@@ -282,12 +283,7 @@ impl Args {
             },
             self_offset: self.self_offset.or(preset.self_offset),
         };
-        options.validate().map_err(|error| {
-            clap::Error::raw(
-                clap::error::ErrorKind::ArgumentConflict,
-                format!("{error}\n"),
-            )
-        })?;
+        options.validate().map_err(conflict)?;
         Ok(options)
     }
 }

@@ -8,7 +8,7 @@ use aogrid_bake_core::{
     BakeOptions, Placement, RawGrid, TriangleMesh, bake_grid, mesh_warnings, near_surface_lattice,
     warnings,
 };
-use aogrid_grid_format::{Grid, Source};
+use aogrid_grid_format::{Grid, GridSpec, Source};
 
 use super::Args;
 use super::check::Checker;
@@ -17,7 +17,7 @@ use super::jobs::Job;
 use super::report::{BackendReport, Baked, Outcome, Times};
 use crate::backend::{Backend, Provenance, TimedBake};
 use crate::console::Console;
-use crate::{memory, output};
+use crate::memory;
 
 /// Bakes the jobs of one model.
 pub(super) struct ModelBaker<'a> {
@@ -31,39 +31,36 @@ pub(super) struct ModelBaker<'a> {
 }
 
 impl ModelBaker<'_> {
-    /// Bakes a job and writes its output; with `--dry-run` only reports it.
-    pub(super) fn run(&mut self, job: &Job, mesh: &TriangleMesh) -> anyhow::Result<Outcome> {
-        let spec = self
-            .placement
-            .place(&mesh.bounds())
-            .with_context(|| job.title.clone())?;
-        let texel_bytes = self.options.encoding.channels() * self.options.format.channel_bytes();
-        let algorithm = self.args.shared.algorithm();
-        let lattice = match self.options.fit {
-            true => Some(near_surface_lattice(&spec, mesh).with_context(|| job.title.clone())?),
-            false => None,
-        };
-        let needed = memory::needed(mesh, &spec, lattice.as_ref(), texel_bytes, algorithm);
-        memory::check(needed, self.args.max_memory).with_context(|| job.title.clone())?;
+    /// Returns what baking a job would write and need.
+    pub(super) fn dry_run(&self, job: &Job, mesh: &TriangleMesh) -> anyhow::Result<Outcome> {
+        let (spec, needed) = self.plan(mesh).with_context(|| job.title.clone())?;
+        Ok(Outcome::dry_run(job, &MeshReport::new(mesh), &spec, needed))
+    }
+
+    /// Bakes a job's grid.
+    pub(super) fn run(&mut self, job: &Job, mesh: &TriangleMesh) -> anyhow::Result<Baked> {
+        let (spec, _) = self.plan(mesh).with_context(|| job.title.clone())?;
         let report = MeshReport::new(mesh);
-        if self.args.dry_run {
-            return Ok(Outcome::dry_run(job, &report, &spec, needed));
-        }
-        output::check(&job.out)?;
-        for warning in mesh_warnings(mesh, &spec, self.loaded.rounding) {
+        let warn = |warning: &String| {
             self.console.warning(&format!("{}: {warning}", job.title));
-        }
+        };
+        // Those of the file are told when it is parsed, once for all its parts.
+        let of_file = match job.part {
+            None => self.loaded.warnings.clone(),
+            Some(_) => vec![],
+        };
+        let of_mesh = mesh_warnings(mesh, &spec, self.loaded.rounding);
+        of_mesh.iter().for_each(warn);
         let mut stages = Stages::default();
         let grid = self
             .chosen(job, mesh, &mut stages)
             .with_context(|| job.title.clone())?;
-        for warning in warnings(&grid, &report) {
-            self.console.warning(&format!("{}: {warning}", job.title));
-        }
-        output::write(&job.out, &grid.to_bytes())?;
-        let baked = Baked {
+        let of_grid = warnings(&grid, &report);
+        of_grid.iter().for_each(warn);
+        Ok(Baked {
             grid,
             report,
+            warnings: [of_file, of_mesh, of_grid].concat(),
             backend: BackendReport::new(stages.provenance.context("nothing was baked")?),
             times: Times {
                 load_s: self.load_s,
@@ -72,8 +69,21 @@ impl ModelBaker<'_> {
                 post_s: stages.post_s,
                 threads: rayon::current_num_threads(),
             },
+        })
+    }
+
+    /// Returns the grid's box and the memory that the bake needs, which is there.
+    fn plan(&self, mesh: &TriangleMesh) -> anyhow::Result<(GridSpec, u64)> {
+        let spec = self.placement.place(&mesh.bounds())?;
+        let texel_bytes = self.options.encoding.channels() * self.options.format.channel_bytes();
+        let algorithm = self.args.shared.algorithm();
+        let lattice = match self.options.fit {
+            true => Some(near_surface_lattice(&spec, mesh)?),
+            false => None,
         };
-        Ok(Outcome::baked(job, baked))
+        let needed = memory::needed(mesh, &spec, lattice.as_ref(), texel_bytes, algorithm);
+        memory::check(needed, self.args.max_memory)?;
+        Ok((spec, needed))
     }
 
     /// Bakes the grid at the resolution that is asked for or chosen, checked if that is asked for.

@@ -70,6 +70,8 @@ impl BackendReport {
 pub(super) struct Baked {
     pub grid: Grid,
     pub report: MeshReport,
+    /// All that was warned of, without the title.
+    pub warnings: Vec<String>,
     pub backend: BackendReport,
     pub times: Times,
 }
@@ -84,7 +86,7 @@ pub(super) struct Outcome {
 struct OutcomeJson {
     #[serde(skip_serializing_if = "Option::is_none")]
     out: Option<PathBuf>,
-    /// `baked`, `up-to-date`, `dry-run` or `failed`.
+    /// `baked`, `up-to-date`, `cached` (written from the cache), `dry-run` or `failed`.
     state: &'static str,
     /// The model or part that failed, and the reason.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -112,10 +114,20 @@ struct Failure {
 
 impl Outcome {
     pub(super) fn up_to_date(job: &Job, grid: &Grid) -> Self {
+        let line = format!("{} is up to date", job.out.display());
+        Self::not_baked(job, grid, "up-to-date", line)
+    }
+
+    pub(super) fn cached(job: &Job, grid: &Grid) -> Self {
+        let line = format!("{}: wrote {} from the cache", job.title, job.out.display());
+        Self::not_baked(job, grid, "cached", line)
+    }
+
+    fn not_baked(job: &Job, grid: &Grid, state: &'static str, line: String) -> Self {
         Self {
             json: OutcomeJson {
                 out: Some(job.out.clone()),
-                state: "up-to-date",
+                state,
                 failure: None,
                 mesh: None,
                 grid: Some(info::GridJson::new(grid)),
@@ -124,7 +136,7 @@ impl Outcome {
                 kernel: None,
                 times: None,
             },
-            lines: vec![format!("{} is up to date", job.out.display())],
+            lines: vec![line],
         }
     }
 
@@ -159,6 +171,7 @@ impl Outcome {
             report,
             backend,
             times,
+            warnings: _,
         } = baked;
         let bytes = grid.texels().len() as f64 / 1024.0;
         Self {

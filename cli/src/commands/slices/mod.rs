@@ -33,6 +33,9 @@ pub(crate) struct Args {
     /// lies beside the grid]
     #[arg(long, value_name = "MODEL")]
     mesh: Option<PathBuf>,
+    /// Replace files that exist
+    #[arg(long)]
+    force: bool,
 }
 
 /// The examples at the end of `slices --help`.
@@ -43,11 +46,11 @@ Examples:
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let grid = read_grid(&args.file)?;
-    output::check(&args.out)?;
     output::check_not_input(&args.out, &args.file)?;
     if let Some(mesh) = &args.mesh {
         output::check_not_input(&args.out, mesh)?;
     }
+    output::check_new(&args.out, args.force)?;
     let model = match find_mesh(args, &grid, console)? {
         Some(mesh) => {
             let cells = inside::classify(&grid, &mesh, console)
