@@ -44,6 +44,9 @@ fn info_reports_what_the_file_records() {
 fn verify_finds_errors_that_readers_do_not() {
     let (folder, grid) = baked("");
     assert!(ok("verify {}", &[&grid]).contains("ok"));
+    assert_eq!(ok("verify {}", &[folder.path()]).lines().count(), 1);
+    let empty = tempfile::tempdir().unwrap();
+    assert!(fails("verify {}", &[empty.path()]).contains("no grids"));
     let bytes = fs::read(&grid).unwrap();
     let damaged = |name: &str, at: usize, value: u8| {
         let path = folder.path().join(name);
