@@ -68,4 +68,4 @@ pub use placement::{Extent, Placement, PlacementError};
 pub use prepared::{PrepareError, PreparedMesh};
 pub use preset::Preset;
 pub use raw_grid::{Moments, RawGrid};
-pub use warnings::{mesh_warnings, warnings};
+pub use warnings::{mesh_warnings, option_warnings, warnings};

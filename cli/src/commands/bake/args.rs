@@ -12,6 +12,7 @@ use clap::ValueEnum;
 use super::inputs;
 use super::values::{
     face_size, half_extents, named, positive, ray_count, resolution, sample_offset, self_offset,
+    share,
 };
 use crate::backend::BackendRequest;
 use crate::memory;
@@ -39,7 +40,7 @@ pub(crate) struct Args {
     pub shared: SharedArgs,
     /// Extend the grid to where the model occludes about this share of the sphere [default: 0.8;
     /// paper: 0.1]
-    #[arg(long, value_parser = positive, conflicts_with = "half_extents", allow_hyphen_values = true)]
+    #[arg(long, value_parser = share, conflicts_with = "half_extents", allow_hyphen_values = true)]
     pub epsilon: Option<f32>,
     /// Adjust the box until layers of cells' centers lie just outside the model's bounding box
     /// [default: on; paper: off]
@@ -130,7 +131,7 @@ pub(crate) struct Args {
     /// Bake outputs that are up to date, too, and replace files that are no grids
     #[arg(long)]
     pub force: bool,
-    /// Print what would be baked and the grid's box, and write nothing
+    /// Print what would be baked with the grid's box, memory and time on the CPU, and write nothing
     #[arg(long)]
     pub dry_run: bool,
     /// Report as one JSON object on stdout

@@ -5,6 +5,7 @@ mod cache;
 mod check;
 mod choose;
 mod depfile;
+mod estimate;
 mod inputs;
 mod jobs;
 mod model_baker;

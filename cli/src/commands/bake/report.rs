@@ -4,10 +4,12 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use aogrid_bake_core::mesh::MeshReport;
-use aogrid_grid_format::{BoundaryMode, Grid, GridSpec, Sampling};
+use aogrid_grid_format::{BoundaryMode, Grid, Sampling};
 use serde::Serialize;
 
+use super::estimate;
 use super::jobs::Job;
+use super::model_baker::Plan;
 use crate::backend::Provenance;
 use crate::commands::info;
 use crate::console::Console;
@@ -100,6 +102,9 @@ struct OutcomeJson {
     /// An estimate of the memory that the bake would need at its peak.
     #[serde(skip_serializing_if = "Option::is_none")]
     memory_bytes: Option<u64>,
+    /// About the seconds that the bake would take on this machine's CPU.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seconds: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     kernel: Option<BackendReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -133,6 +138,7 @@ impl Outcome {
                 grid: Some(info::GridJson::new(grid)),
                 placement: None,
                 memory_bytes: None,
+                seconds: None,
                 kernel: None,
                 times: None,
             },
@@ -140,7 +146,13 @@ impl Outcome {
         }
     }
 
-    pub(super) fn dry_run(job: &Job, report: &MeshReport, spec: &GridSpec, memory: u64) -> Self {
+    pub(super) fn dry_run(job: &Job, report: &MeshReport, plan: &Plan) -> Self {
+        let Plan {
+            spec,
+            memory,
+            seconds,
+        } = plan;
+        let time = seconds.map(|seconds| format!(" and {} on the CPU", estimate::shown(seconds)));
         Self {
             lines: vec![
                 format!("{}: {}", job.title, info::mesh_line(report)),
@@ -149,7 +161,11 @@ impl Outcome {
                     job.out.display(),
                     info::box_line(spec)
                 ),
-                format!("  would need about {} of memory", memory::shown(memory)),
+                format!(
+                    "  would need about {} of memory{}",
+                    memory::shown(*memory),
+                    time.unwrap_or_default()
+                ),
             ],
             json: OutcomeJson {
                 out: Some(job.out.clone()),
@@ -158,7 +174,8 @@ impl Outcome {
                 mesh: Some(info::MeshJson::new(report)),
                 grid: None,
                 placement: Some(info::BoxJson::new(spec)),
-                memory_bytes: Some(memory),
+                memory_bytes: Some(*memory),
+                seconds: *seconds,
                 kernel: None,
                 times: None,
             },
@@ -200,6 +217,7 @@ impl Outcome {
                 grid: Some(info::GridJson::new(&grid)),
                 placement: None,
                 memory_bytes: None,
+                seconds: None,
                 kernel: Some(backend),
                 times: Some(times),
             },
@@ -285,6 +303,7 @@ impl Outputs {
             grid: None,
             placement: None,
             memory_bytes: None,
+            seconds: None,
             kernel: None,
             times: None,
         });
