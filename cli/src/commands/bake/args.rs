@@ -87,7 +87,8 @@ pub(crate) struct Args {
     /// to 2; renderers read it from the file [default: 0.25, 0.5 for sheets; paper: 0]
     #[arg(long, value_name = "CELLS", value_parser = self_offset, allow_hyphen_values = true)]
     pub self_offset: Option<f32>,
-    /// Position of a cell's sample, in cells from the center, each within ±0.5
+    /// Position of a cell's sample, in cells from the center, each within ±0.5; a sample exactly on
+    /// a face of the model, as on voxel models with 0,0,0, has no right value
     /// [default: 0.00031,-0.00017,0.00043]
     #[arg(long, value_name = "X,Y,Z", value_parser = sample_offset, allow_hyphen_values = true)]
     pub sample_offset: Option<[f32; 3]>,
@@ -156,7 +157,8 @@ pub struct SharedArgs {
     #[arg(long, value_parser = face_size)]
     pub face_size: Option<u32>,
     /// Algorithm that tests the directions of faces: the direction sweep where it is possible and
-    /// faster, else ray casting; or always one of them. The grid is the same
+    /// faster, else ray casting; or always one of them. The grid is the same, except where samples
+    /// lie exactly on faces of the model, which the default --sample-offset avoids
     #[arg(long, alias = "kernel", value_enum, default_value_t = AlgorithmArg::Auto)]
     pub algorithm: AlgorithmArg,
     /// Device to bake on: a GPU if there is one, else the CPU; or always one of them. Software
