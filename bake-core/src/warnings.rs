@@ -2,7 +2,7 @@
 
 use aogrid_grid_format::{Grid, GridSpec, Interior, Sampling};
 
-use crate::mesh::{Bounds, MeshReport};
+use crate::mesh::{Bounds, MeshReport, Part};
 use crate::{BakeOptions, TriangleMesh};
 
 /// The doubt above which a warning is due: more cells are guessed than known to be inside.
@@ -90,14 +90,14 @@ pub fn mesh_warnings(mesh: &TriangleMesh, spec: &GridSpec, rounding: f64) -> Vec
     if let Some((name, cells)) = outlier(mesh, cell) {
         warnings.push(format!(
             "without its part `{name}` it would be {cells:.1} cells large, too small to have a shape: \
-             bake it with --parts, or delete what is far away"
+             leave it out with --without, or bake it with --parts"
         ));
     }
     warnings
 }
 
 /// Returns the name of a part without which the rest is smaller than [`MIN_CELLS`], and its size in
-/// cells of these sizes.
+/// cells of these sizes. Of two such parts it is the one of fewer triangles.
 fn outlier(mesh: &TriangleMesh, cell: [f64; 3]) -> Option<(&str, f64)> {
     let parts = mesh.parts();
     let bounds = |idx: usize| {
@@ -111,17 +111,20 @@ fn outlier(mesh: &TriangleMesh, cell: [f64; 3]) -> Option<(&str, f64)> {
         after[idx] = union(after[idx + 1], each[idx]);
     }
     let mut before = None;
+    let mut found: Option<(&Part, f64)> = None;
     for (idx, part) in parts.iter().enumerate() {
         if let Some(rest) = union(before, after[idx + 1]) {
             let size = |x: usize| f64::from(rest.max[x] - rest.min[x]) / cell[x];
             let cells = (0..3).map(size).fold(0.0, f64::max);
-            if cells < MIN_CELLS {
-                return Some((&part.name, cells));
+            let is_smaller =
+                |(other, _): (&Part, f64)| part.triangles.len() < other.triangles.len();
+            if cells < MIN_CELLS && found.is_none_or(is_smaller) {
+                found = Some((part, cells));
             }
         }
         before = union(before, each[idx]);
     }
-    None
+    found.map(|(part, cells)| (part.name.as_str(), cells))
 }
 
 fn union(a: Option<Bounds>, b: Option<Bounds>) -> Option<Bounds> {
@@ -182,7 +185,6 @@ pub fn warnings(grid: &Grid, report: &MeshReport) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::Part;
     use crate::{Extent, Placement};
 
     /// Returns a mesh with a triangle a part, each at a distance along x.

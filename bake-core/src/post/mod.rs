@@ -72,6 +72,7 @@ pub fn finish(
         fit: near.is_some(),
         self_offset: options.self_offset_for(classification.inside().as_ref()),
         check: None,
+        without: vec![],
         source,
     };
     Ok(Grid::encode(

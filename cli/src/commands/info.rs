@@ -156,7 +156,10 @@ impl GridJson {
 fn grid_lines(grid: &Grid) -> Vec<String> {
     let record = grid.record();
     let source = &record.source;
-    let part = source.part.as_ref().map(|part| format!(", part `{part}`"));
+    let mut part = source.part.as_ref().map(|part| format!(", part `{part}`"));
+    if !record.without.is_empty() {
+        part = Some(format!(", without `{}`", record.without.join("`, `")));
+    }
     let [ox, oy, oz] = record.sample_offset;
     let max_distance = record
         .max_distance

@@ -91,6 +91,7 @@ fn record() -> BakeRecord {
         inside: None,
         snap: false,
         fit: false,
+        without: vec![],
         self_offset: 0.0,
         check: None,
         boundary: Boundary {

@@ -184,6 +184,44 @@ fn an_edited_scene_is_kept() {
     assert_eq!(fs::read_to_string(&scene).unwrap(), written);
 }
 
+/// Report 29, with an area: without the speck the grid is that of the rest, and the file says so.
+#[test]
+fn an_outlying_part_can_be_left_out() {
+    let (folder, model) = with_sample("box");
+    let at = |name: &str| folder.path().join(name);
+    let sound = fs::read_to_string(&model).unwrap();
+    let speck = "o speck\nv 900 0 0\nv 901 0 0\nv 900 1 0\nf -3 -2 -1\n";
+    fs::write(at("stray.obj"), format!("{sound}{speck}")).unwrap();
+    let stray = at("stray.obj");
+    let line = "bake {} -o {} --resolution 8";
+    let warned = run(line, &[&stray, &at("a.ao.ktx2")]);
+    let warned = String::from_utf8(warned.stderr).unwrap();
+    assert!(
+        warned.contains("`speck`") && warned.contains("--without"),
+        "{warned}"
+    );
+    let without = format!("{line} --without speck --json");
+    for state in ["baked", "up-to-date"] {
+        assert_eq!(states(&without, &[&stray, &at("b.ao.ktx2")]), [state]);
+    }
+    ok(line, &[&model, &at("c.ao.ktx2")]);
+    let same = ok("diff {} {}", &[&at("b.ao.ktx2"), &at("c.ao.ktx2")]);
+    assert!(same.contains("0 of 512 differ"), "{same}");
+    let info = ok("info {}", &[&at("b.ao.ktx2")]);
+    assert!(info.contains("without `speck`"), "{info}");
+    let with = format!("{line} --json");
+    assert_eq!(states(&with, &[&stray, &at("b.ao.ktx2")]), ["baked"]);
+    let error = fails(
+        &format!("{line} --without spec"),
+        &[&stray, &at("d.ao.ktx2")],
+    );
+    assert!(
+        error.contains("`spec`") && error.contains("`speck`"),
+        "{error}"
+    );
+    misused("bake {} -o x --parts --without speck", &[&stray]);
+}
+
 /// Report 32: on voxel stairs whose faces go through cells' centers, sweep and rays agree to the byte by
 /// the default sample offset, and help says that they need not at the centers.
 #[test]

@@ -107,6 +107,9 @@ pub(crate) struct Args {
     /// Bake each part of a model by itself, for animation, and write a scene file that poses them
     #[arg(long)]
     pub parts: bool,
+    /// Leave out the part of this name, such as a speck far away; give it again for each
+    #[arg(long, value_name = "PART", conflicts_with = "parts")]
+    pub without: Vec<String>,
     /// Bake only these of the models, by their numbers from 1, as in 2-5,9
     #[arg(long, value_name = "NUMBERS", value_parser = inputs::item, value_delimiter = ',')]
     pub items: Option<Vec<RangeInclusive<usize>>>,

@@ -49,13 +49,14 @@ impl Cache {
         // Sweep and rays, CPU and GPU differ in ties, so that a request for one is not served by
         // the other.
         let of_options = format!(
-            "{ALGORITHM_VERSION} {} {placement:?} {options:?} {:?} {:?} {} {:?} {:?}",
+            "{ALGORITHM_VERSION} {} {placement:?} {options:?} {:?} {:?} {} {:?} {:?} {:?}",
             Grid::current_writer(),
             shared.algorithm(),
             shared.backend,
             args.check,
             args.max_error,
             args.max_bytes,
+            args.without,
         );
         recipe.update(of_options.as_bytes());
         Ok(Self {

@@ -155,7 +155,7 @@ pub(super) fn up_to_date(
     job: &Job,
     placement: &Placement,
     options: &BakeOptions,
-    must_be_checked: bool,
+    args: &Args,
     file: &MeshFile,
 ) -> Option<Grid> {
     let grid = read_grid(&job.out).ok()?;
@@ -169,7 +169,8 @@ pub(super) fn up_to_date(
     let untouched = grid.is_unchanged();
     let same = same_extent
         && untouched
-        && (record.check.is_some() || !must_be_checked)
+        && (record.check.is_some() || !args.check)
+        && record.without == args.without
         && grid.writer() == Grid::current_writer()
         && grid.spec().resolution() == placement.resolution
         && grid.encoding() == options.encoding

@@ -16,7 +16,7 @@ mod values;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use aogrid_bake_core::mesh::{LoadedMesh, MeshFile, PartMesh};
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh};
 
@@ -84,6 +84,9 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     batch.outputs.finish(console, args.json)
 }
 
+/// The parts of a model that an error names.
+const MAX_NAMED: usize = 12;
+
 /// Starts the global thread pool with this many threads; all processors if `None`.
 pub fn use_threads(threads: Option<u16>) -> anyhow::Result<()> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0).into());
@@ -139,7 +142,14 @@ impl Batch<'_> {
             self.console.warning(&format!("{shown}: {warning}"));
         }
         match single {
-            Some(job) => self.job(&job, file, &loaded, &loaded.mesh, load_s),
+            Some(job) if self.args.without.is_empty() => {
+                self.job(&job, file, &loaded, &loaded.mesh, load_s)
+            }
+            Some(job) => {
+                let mesh = without(&loaded.mesh, &self.args.without);
+                let mesh = mesh.with_context(|| shown.to_string())?;
+                self.job(&job, file, &loaded, &mesh, load_s)
+            }
             None => self.parts(model, file, &loaded, load_s),
         }
     }
@@ -239,8 +249,7 @@ impl Batch<'_> {
         if self.args.force || self.args.max_error.is_some() {
             return false;
         }
-        let must_be_checked = self.args.check;
-        let current = jobs::up_to_date(job, self.placement, self.options, must_be_checked, file);
+        let current = jobs::up_to_date(job, self.placement, self.options, self.args, file);
         let Some(grid) = current else {
             return false;
         };
@@ -290,6 +299,26 @@ impl Batch<'_> {
         self.push(job, Outcome::baked(job, baked));
         Ok(())
     }
+}
+
+/// Returns a mesh without the parts of these names, each of which it has.
+fn without(mesh: &TriangleMesh, names: &[String]) -> anyhow::Result<TriangleMesh> {
+    let parts = mesh.parts();
+    if let Some(name) = names
+        .iter()
+        .find(|name| parts.iter().all(|part| part.name != **name))
+    {
+        let known = parts
+            .iter()
+            .take(MAX_NAMED)
+            .map(|part| format!("`{}`", part.name));
+        let mut known = known.collect::<Vec<_>>().join(", ");
+        if parts.len() > MAX_NAMED {
+            known += &format!(" and {} more", parts.len() - MAX_NAMED);
+        }
+        bail!("--without `{name}`: it has no such part; its parts are {known}");
+    }
+    Ok(mesh.without(names)?)
 }
 
 /// Returns a file's name without folder and extension, for the names of outputs.

@@ -72,6 +72,7 @@ impl ModelBaker<'_> {
         let grid = self
             .chosen(job, mesh, &mut stages)
             .with_context(|| job.title.clone())?;
+        let grid = grid.with_parts_left_out(self.args.without.clone());
         let of_grid = warnings(&grid, &report);
         self.warn(job, &of_grid);
         Ok(Baked {

@@ -105,7 +105,14 @@ fn find_mesh(args: &Args, grid: &Grid, console: &Console) -> anyhow::Result<Opti
         ));
     }
     let Some(part) = &source.part else {
-        return Ok(Some(loaded.mesh));
+        let without = &grid.record().without;
+        return match without.is_empty() {
+            true => Ok(Some(loaded.mesh)),
+            false => {
+                let mesh = loaded.mesh.without(without);
+                Ok(Some(mesh.with_context(|| path.display().to_string())?))
+            }
+        };
     };
     match loaded.mesh.parts().iter().position(|p| p.name == *part) {
         Some(idx) => Ok(Some(Arc::unwrap_or_clone(loaded.part(idx)?.mesh))),
