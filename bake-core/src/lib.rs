@@ -40,6 +40,7 @@ mod fit;
 pub mod layers;
 pub mod models;
 mod observer;
+mod option_warnings;
 mod options;
 mod pipeline;
 mod placement;
@@ -60,6 +61,7 @@ pub use fit::NearSurface;
 pub use layers::SignedLayers;
 pub use mesh::TriangleMesh;
 pub use observer::{Observer, Progress, UNOBSERVED};
+pub use option_warnings::option_warnings;
 pub use options::{BakeOptions, OptionsError};
 pub use pipeline::{
     ALGORITHM_VERSION, PipelineError, bake_grid, bake_grid_at, near_surface_lattice,
@@ -68,4 +70,4 @@ pub use placement::{Extent, Placement, PlacementError};
 pub use prepared::{PrepareError, PreparedMesh};
 pub use preset::Preset;
 pub use raw_grid::{Moments, RawGrid};
-pub use warnings::{mesh_warnings, option_warnings, warnings};
+pub use warnings::{mesh_warnings, warnings};

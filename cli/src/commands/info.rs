@@ -155,11 +155,6 @@ impl GridJson {
 
 fn grid_lines(grid: &Grid) -> Vec<String> {
     let record = grid.record();
-    let source = &record.source;
-    let mut part = source.part.as_ref().map(|part| format!(", part `{part}`"));
-    if !record.without.is_empty() {
-        part = Some(format!(", without `{}`", record.without.join("`, `")));
-    }
     let [ox, oy, oz] = record.sample_offset;
     let max_distance = record
         .max_distance
@@ -202,19 +197,27 @@ fn grid_lines(grid: &Grid) -> Vec<String> {
             },
             record.self_offset
         ),
-        format!(
-            "source     {}{}, {} triangles",
-            source.name,
-            part.unwrap_or_default(),
-            source.triangles
-        ),
+        format!("source     {}", source_line(record)),
         match &record.check {
             Some(check) => format!("checked    {}", check_line(check)),
             None => "checked    no: bake it with --check".into(),
         },
-        format!("hash       {}", source.blake3),
+        format!("hash       {}", record.source.blake3),
         format!("writer     {}", grid.writer()),
     ]
+}
+
+/// Describes what was baked in one line.
+fn source_line(record: &BakeRecord) -> String {
+    let source = &record.source;
+    let mut line = source.name.clone();
+    if let Some(part) = &source.part {
+        line += &format!(", part `{part}`");
+    }
+    if !record.without.is_empty() {
+        line += &format!(", without `{}`", record.without.join("`, `"));
+    }
+    format!("{line}, {} triangles", source.triangles)
 }
 
 /// Describes the measured error in one line.

@@ -8,29 +8,20 @@ use aogrid_bake_core::{
     BakeOptions, Placement, RawGrid, TriangleMesh, bake_grid, mesh_warnings, near_surface_lattice,
     option_warnings, warnings,
 };
-use aogrid_grid_format::{Grid, GridSpec, Source};
+use aogrid_grid_format::{Grid, Source};
 
 use super::Args;
 use super::check::Checker;
 use super::choose;
 use super::estimate;
 use super::jobs::Job;
-use super::report::{BackendReport, Baked, Outcome, Times};
+use super::report::{BackendReport, Baked, Outcome, Plan, Times};
 use crate::backend::{Backend, Provenance, TimedBake};
 use crate::console::Console;
 use crate::memory;
 
 /// The estimated time of a bake from which it is told before the bake begins.
 const MIN_SECONDS_TOLD: f64 = 10.0;
-
-/// The box of a grid, and what its bake needs.
-pub(super) struct Plan {
-    pub spec: GridSpec,
-    /// Bytes at the peak.
-    pub memory: u64,
-    /// About the seconds on the CPU, where the resolution is known.
-    pub seconds: Option<f64>,
-}
 
 /// Bakes the jobs of one model.
 pub(super) struct ModelBaker<'a> {

@@ -4,12 +4,11 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use aogrid_bake_core::mesh::MeshReport;
-use aogrid_grid_format::{BoundaryMode, Grid, Sampling};
+use aogrid_grid_format::{BoundaryMode, Grid, GridSpec, Sampling};
 use serde::Serialize;
 
 use super::estimate;
 use super::jobs::Job;
-use super::model_baker::Plan;
 use crate::backend::Provenance;
 use crate::commands::info;
 use crate::console::Console;
@@ -66,6 +65,15 @@ impl BackendReport {
         let notes: String = reason.chain(why_cpu).collect();
         format!("{device}, {}{notes}", self.name)
     }
+}
+
+/// The box of a grid, and what its bake needs.
+pub(super) struct Plan {
+    pub spec: GridSpec,
+    /// Bytes at the peak.
+    pub memory: u64,
+    /// About the seconds on the CPU, where the resolution is known.
+    pub seconds: Option<f64>,
 }
 
 /// A fresh grid with all that its report says.
