@@ -41,6 +41,7 @@ mod fit;
 pub mod layers;
 pub mod models;
 mod observer;
+mod option_warnings;
 mod options;
 mod pipeline;
 mod placement;
@@ -61,8 +62,11 @@ pub use fit::NearSurface;
 pub use layers::SignedLayers;
 pub use mesh::TriangleMesh;
 pub use observer::{Observer, Progress, UNOBSERVED};
+pub use option_warnings::option_warnings;
 pub use options::{BakeOptions, OptionsError};
-pub use pipeline::{PipelineError, bake_grid, bake_grid_at, near_surface_lattice};
+pub use pipeline::{
+    ALGORITHM_VERSION, PipelineError, bake_grid, bake_grid_at, near_surface_lattice,
+};
 pub use placement::{Extent, Placement, PlacementError};
 pub use prepared::{PrepareError, PreparedMesh};
 pub use preset::Preset;

@@ -7,6 +7,11 @@ use crate::fit::{self, NearSurface};
 use crate::post::{self, PostError, Refinements};
 use crate::{BakeOptions, OptionsError, Placement, PlacementError, RawGrid, TriangleMesh};
 
+/// The version of what a bake computes, with what its readers make of a file. Whatever gives other
+/// bytes for the same files and options raises it, so that no cache keeps what an earlier version made.
+/// A test pins the bytes of one bake to it (`tests/tests/suite/determinism.rs`).
+pub const ALGORITHM_VERSION: u32 = 1;
+
 /// The reason that a grid cannot be baked, besides those of the baker.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]

@@ -3,7 +3,7 @@
 use aogrid_grid_format::{Grid, GridSpec, Interior};
 
 use crate::TriangleMesh;
-use crate::mesh::{Bounds, MeshReport};
+use crate::mesh::{Bounds, MeshReport, Part};
 
 /// The doubt above which a warning is due: more cells are guessed than known to be inside.
 pub(crate) const MAX_DOUBT: f32 = 0.5;
@@ -23,6 +23,9 @@ const MAX_ROUNDING: f64 = 0.01;
 /// The size in cells below which the shape of what is left without one part is lost.
 const MIN_CELLS: f64 = 8.0;
 
+/// The mean occlusion from which a grid lies inside its model.
+const FULL: f64 = 0.99;
+
 /// Returns warnings about a mesh in its grid, before the bake. `rounding` is the error of the
 /// coordinates in the model's file, in object units.
 pub fn mesh_warnings(mesh: &TriangleMesh, spec: &GridSpec, rounding: f64) -> Vec<String> {
@@ -39,14 +42,14 @@ pub fn mesh_warnings(mesh: &TriangleMesh, spec: &GridSpec, rounding: f64) -> Vec
     if let Some((name, cells)) = outlier(mesh, cell) {
         warnings.push(format!(
             "without its part `{name}` it would be {cells:.1} cells large, too small to have a shape: \
-             bake it with --parts, or delete what is far away"
+             leave it out with --without, or bake it with --parts"
         ));
     }
     warnings
 }
 
 /// Returns the name of a part without which the rest is smaller than [`MIN_CELLS`], and its size in
-/// cells of these sizes.
+/// cells of these sizes. Of two such parts it is the one of fewer triangles.
 fn outlier(mesh: &TriangleMesh, cell: [f64; 3]) -> Option<(&str, f64)> {
     let parts = mesh.parts();
     let bounds = |idx: usize| {
@@ -60,17 +63,20 @@ fn outlier(mesh: &TriangleMesh, cell: [f64; 3]) -> Option<(&str, f64)> {
         after[idx] = union(after[idx + 1], each[idx]);
     }
     let mut before = None;
+    let mut found: Option<(&Part, f64)> = None;
     for (idx, part) in parts.iter().enumerate() {
         if let Some(rest) = union(before, after[idx + 1]) {
             let size = |x: usize| f64::from(rest.max[x] - rest.min[x]) / cell[x];
             let cells = (0..3).map(size).fold(0.0, f64::max);
-            if cells < MIN_CELLS {
-                return Some((&part.name, cells));
+            let is_smaller =
+                |(other, _): (&Part, f64)| part.triangles.len() < other.triangles.len();
+            if cells < MIN_CELLS && found.is_none_or(is_smaller) {
+                found = Some((part, cells));
             }
         }
         before = union(before, each[idx]);
     }
-    None
+    found.map(|(part, cells)| (part.name.as_str(), cells))
 }
 
 fn union(a: Option<Bounds>, b: Option<Bounds>) -> Option<Bounds> {
@@ -106,6 +112,11 @@ pub fn warnings(grid: &Grid, report: &MeshReport) -> Vec<String> {
              too large for the model, or its cells are"
         ));
     }
+    if grid.statistics().mean >= FULL {
+        warnings.push(
+            "it is full: all of its cells lie inside the model; raise its half-extents".into(),
+        );
+    }
     if record.interior == Interior::Enclosed && !report.is_closed() && largest >= NEARLY_ENCLOSED {
         warnings.push(format!(
             "it has holes, so that cells inside see some sky and are not filled (the largest \
@@ -127,7 +138,6 @@ pub fn warnings(grid: &Grid, report: &MeshReport) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::Placement;
-    use crate::mesh::Part;
 
     /// Returns a mesh with a triangle a part, each at a distance along x.
     fn mesh(distances: &[f32]) -> TriangleMesh {

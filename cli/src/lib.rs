@@ -23,6 +23,7 @@ mod memory;
 pub mod npy;
 #[doc(hidden)]
 pub mod output;
+mod usage;
 
 use std::process::ExitCode;
 
@@ -121,10 +122,17 @@ pub fn run() -> ExitCode {
 pub fn exit_code(console: &Console, result: &anyhow::Result<()>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            console.error(error);
-            ExitCode::FAILURE
-        }
+        Err(error) => match error.downcast_ref::<clap::Error>() {
+            Some(usage) => {
+                // A closed stderr changes nothing about the status.
+                let _ = usage.print();
+                ExitCode::from(2)
+            }
+            None => {
+                console.error(error);
+                ExitCode::FAILURE
+            }
+        },
     }
 }
 
@@ -176,5 +184,35 @@ mod tests {
                 assert!(line.starts_with(name), "{example}");
             }
         }
+    }
+
+    /// The farm's template calls commands as they are: its arguments parse once its variables have
+    /// values.
+    #[test]
+    fn the_template_for_farms_parses() {
+        let template = include_str!("../../integrations/openjd/bake.yaml");
+        let values = [
+            ("{{Param.Models}}", "models"),
+            ("{{Param.Grids}}", "grids"),
+            ("{{Param.Preset}}", "fine"),
+            ("{{Task.Param.Shard}}/{{Param.Shards}}", "2/8"),
+            ("{{Param.Cache}}", "cache"),
+        ];
+        let mut text = template.to_owned();
+        for (variable, value) in values {
+            assert!(text.contains(variable), "{variable}");
+            text = text.replace(variable, value);
+        }
+        let lines = text.lines().map(str::trim);
+        let of_bake = lines.skip_while(|line| *line != "- bake");
+        let of_bake = of_bake.map_while(|line| line.strip_prefix("- "));
+        let words: Vec<_> = of_bake
+            .take_while(|word| !word.starts_with("name"))
+            .collect();
+        let words = words.iter().map(|word| word.trim_matches('"'));
+        if let Err(error) = Cli::try_parse_from(["aogrid"].into_iter().chain(words)) {
+            panic!("{error}");
+        }
+        assert!(text.contains("args: [verify, \"grids\"]"));
     }
 }

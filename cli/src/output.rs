@@ -1,8 +1,10 @@
 //! Atomic output files: a file appears whole or not at all.
 
+use std::collections::HashSet;
 use std::fs;
-use std::io::{self, Write};
-use std::path::Path;
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{LazyLock, Mutex};
 use std::time::Duration;
 
 use anyhow::{Context, bail};
@@ -49,8 +51,18 @@ pub fn write_with(
     Ok(())
 }
 
+/// The folders that this process has cleared: looking again for each of a thousand files takes longer
+/// than to write them.
+static CLEARED: LazyLock<Mutex<HashSet<PathBuf>>> = LazyLock::new(Mutex::default);
+
 /// Removes the temporary files of commands that were killed. What cannot be removed does no harm.
 fn remove_stale(folder: &Path) {
+    let mut cleared = CLEARED
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner());
+    if !cleared.insert(folder.to_owned()) {
+        return;
+    }
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
         let name = name.as_encoded_bytes();
@@ -84,6 +96,55 @@ pub fn check(path: &Path) -> anyhow::Result<()> {
         bail!("{}: the folder {folder} does not exist", path.display());
     }
     Ok(())
+}
+
+/// The bytes at a file's start that tell whether it may be replaced: all of any file that commands
+/// replace, and little of one that is named by mistake.
+const HEAD: u64 = 1 << 24;
+
+/// Checks like [`check`], and that no file is there, or that it may be replaced.
+///
+/// # Errors
+///
+/// The file exists, has content, and there is no `--force`.
+pub fn check_new(path: &Path, force: bool) -> anyhow::Result<()> {
+    check(path)?;
+    match force || head(path)?.is_empty() {
+        true => Ok(()),
+        false => bail!("{}: it exists; --force replaces it", path.display()),
+    }
+}
+
+/// Checks like [`check_new`], but lets a command replace what it has written itself: a file whose
+/// start `is_own` accepts. `kind` says in an error what it would be.
+pub fn check_own(
+    path: &Path,
+    force: bool,
+    kind: &str,
+    is_own: fn(&[u8]) -> bool,
+) -> anyhow::Result<()> {
+    check(path)?;
+    if force {
+        return Ok(());
+    }
+    let head = head(path)?;
+    if head.is_empty() || is_own(&head) {
+        return Ok(());
+    }
+    let path = path.display();
+    bail!("{path}: it exists and does not hold {kind}; --force replaces it")
+}
+
+/// Returns the start of a file; nothing if there is none.
+fn head(path: &Path) -> anyhow::Result<Vec<u8>> {
+    let mut head = Vec::new();
+    let read = fs::File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
+    match read {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("{}: it exists", path.display()))
+        }
+        _ => Ok(head),
+    }
 }
 
 /// Checks that a command does not overwrite its own input.
@@ -128,6 +189,24 @@ mod tests {
         let remain =
             [".old.aogrid.tmp", ".new.aogrid.tmp", ".old.tmp"].map(|name| at(name).exists());
         assert_eq!(remain, [false, true, true]);
+    }
+
+    #[test]
+    fn files_that_exist_are_replaced_if_they_are_own_or_by_force() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out");
+        let check_ours = |force| check_own(&path, force, "an A", |head| head == b"A");
+        assert!(check_new(&path, false).is_ok() && check_ours(false).is_ok());
+        fs::write(&path, b"").unwrap();
+        assert!(check_new(&path, false).is_ok() && check_ours(false).is_ok());
+        fs::write(&path, b"A").unwrap();
+        assert!(check_new(&path, false).is_err() && check_ours(false).is_ok());
+        fs::write(&path, b"B").unwrap();
+        for error in [check_new(&path, false), check_ours(false)] {
+            let error = error.unwrap_err().to_string();
+            assert!(error.contains("--force"), "{error}");
+        }
+        assert!(check_new(&path, true).is_ok() && check_ours(true).is_ok());
     }
 
     #[test]

@@ -61,6 +61,9 @@ pub struct BakeRecord {
     /// The error of shading with the grid, if it was measured. It does not determine the texels.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub check: Option<Check>,
+    /// The names of the file's parts that were left out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub without: Vec<String>,
     /// The mesh that was baked.
     pub source: Source,
 }

@@ -108,6 +108,22 @@ impl Grid {
         Self { record, ..self }
     }
 
+    /// Returns the grid with the names of the model's parts that were left out of its bake.
+    pub fn with_parts_left_out(self, without: Vec<String>) -> Self {
+        let record = BakeRecord {
+            without,
+            ..self.record
+        };
+        Self { record, ..self }
+    }
+
+    /// Returns the grid of the same model moved so that its [origin](GridSpec::origin) is zero, for those
+    /// who add the origin in double precision.
+    pub fn at_zero(self) -> Self {
+        let spec = self.spec.with_origin([0.0; 3]).expect("zero is finite");
+        Self { spec, ..self }
+    }
+
     /// Returns the mean and the largest occlusion as recorded in the file.
     pub fn statistics(&self) -> Statistics {
         self.statistics

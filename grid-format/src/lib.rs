@@ -10,7 +10,7 @@
 //! # let record = BakeRecord {
 //! #     epsilon: Some(0.1), sample_offset: [0.0; 3], sampling: Sampling::CubeFaces { size: 16 },
 //! #     max_distance: None, interior: Interior::Enclosed, interior_cells: 0, inside: None,
-//! #     snap: false, fit: false, self_offset: 0.0, flatness: [0.0; 4], check: None,
+//! #     snap: false, fit: false, self_offset: 0.0, flatness: [0.0; 4], check: None, without: vec![],
 //! #     boundary: Boundary { requested: BoundaryMode::None, applied: BoundaryMode::None, v_m: 0.0 },
 //! #     source: Source { name: "nothing.obj".into(), part: None, blake3: "0".repeat(64), triangles: 1 },
 //! # };

@@ -25,6 +25,7 @@ fn file() -> Vec<u8> {
         inside: None,
         snap: false,
         fit: false,
+        without: vec![],
         self_offset: 0.0,
         flatness: [0.0; 4],
         check: None,

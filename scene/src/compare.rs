@@ -188,14 +188,13 @@ mod tests {
             ([0.6, 0.5, 0.0], [-1.0, 0.0, 0.0], 0, Some(Area::AnyWay)),
             ([0.5, 0.5, 0.0], [1.0, 0.0, 0.0], 1, Some(Area::Itself)),
         ];
-        let target = Target {
-            receivers: points
+        let target = Target::of_points(
+            points
                 .iter()
                 .map(|&(position, normal, ..)| Receiver { position, normal })
                 .collect(),
-            ids: points.iter().map(|point| point.2).collect(),
-            picture: None,
-        };
+            points.iter().map(|point| point.2).collect(),
+        );
         let expected: Vec<_> = points.iter().map(|point| point.3).collect();
         assert_eq!(areas(&scene, &target).unwrap(), expected);
     }
@@ -207,14 +206,11 @@ mod tests {
                     rotate = { axis = [0, 0, 1], degrees = 30 }\ntranslate = [0, 0.25, 0]\n";
         let scene = parse(Path::new("a.toml"), text, LoadOptions::default()).unwrap();
         // The edge at x = -0.5, y = 0 is turned to y = -0.25 and lifted to the floor.
-        let target = Target {
-            receivers: vec![Receiver {
-                position: [-0.5, 0.0, 0.1],
-                normal: [0.0, 1.0, 0.0],
-            }],
-            ids: vec![0],
-            picture: None,
+        let receiver = Receiver {
+            position: [-0.5, 0.0, 0.1],
+            normal: [0.0, 1.0, 0.0],
         };
+        let target = Target::of_points(vec![receiver], vec![0]);
         assert_eq!(areas(&scene, &target).unwrap(), [Some(Area::Tilted)]);
     }
 }

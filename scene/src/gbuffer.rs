@@ -19,25 +19,36 @@ use super::{Camera, Scene};
 pub struct GBuffer {
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Positions in world space; zero where nothing is seen.
+    /// The point in world space that positions are relative to: zero but for pictures far from zero.
+    pub origin: [f64; 3],
+    /// Positions in world space, relative to the origin; zero where nothing is seen.
     pub positions: Vec<[f32; 3]>,
     /// Unit normals of the triangles, facing the camera; zero where nothing is seen.
     pub normals: Vec<[f32; 3]>,
     /// Ids of the instances; 0 where nothing is seen.
     pub ids: Vec<u32>,
-    /// The distance from the surface, in world units, at which rays should start so that they do
-    /// not hit it: an upper bound for the rounding of positions to single floats.
-    pub lift: f64,
+    /// The largest half-extent of the scene, in world units.
+    extent: f64,
 }
 
-/// The lift as a fraction of the scene's largest half-extent. Positions are rounded by at most 2⁻²⁴
-/// of their largest coordinate, which may be several times that half-extent if the scene is not
-/// centered at the origin.
+/// The largest lift of a receiver off its surface, as a fraction of the scene's largest half-extent.
 const LIFT_PER_EXTENT: f64 = 1e-5;
+
+/// The lift as a fraction of a position's largest coordinate: a hundred times the rounding to single
+/// floats, 2⁻²⁴, to be beyond it at grazing angles too.
+const LIFT_PER_COORDINATE: f64 = 6e-6;
+
+/// The least lift as a fraction of the extent: thousands of times the rounding of a ray's hit in double
+/// precision.
+const MIN_LIFT_PER_EXTENT: f64 = 1e-11;
+
+/// The distance from zero, in median distances of what is seen from its middle, from which a picture is
+/// relative to that middle: coordinates then round by a 10⁻⁵th of that distance.
+const FAR: f64 = 256.0;
 
 /// One entry of a G-buffer.
 struct Pixel {
-    position: [f32; 3],
+    position: DVec3,
     normal: [f32; 3],
     id: u32,
 }
@@ -87,12 +98,19 @@ impl GBuffer {
         };
         let pixels = || rows.iter().flatten();
         let extent = mesh.bounds().half_extents().into_iter().fold(0.0, f64::max);
+        let seen = pixels().filter(|pixel| pixel.id != 0);
+        let origin = origin(&seen.map(|pixel| pixel.position).collect::<Vec<_>>());
+        let relative = |pixel: &Pixel| match pixel.id {
+            0 => [0.0; 3],
+            _ => (pixel.position - origin).as_vec3().to_array(),
+        };
         Ok(Self {
             size: camera.resolution,
-            positions: pixels().map(|p| p.position).collect(),
+            positions: pixels().map(relative).collect(),
+            origin: origin.to_array(),
             normals: pixels().map(|p| p.normal).collect(),
             ids: pixels().map(|p| p.id).collect(),
-            lift: LIFT_PER_EXTENT * extent,
+            extent,
         })
     }
 
@@ -102,14 +120,25 @@ impl GBuffer {
         let seen = (0..self.ids.len()).filter(|&idx| self.ids[idx] != 0);
         seen.map(|idx| {
             let normal = DVec3::from(self.normals[idx].map(f64::from)).normalize();
-            let position = DVec3::from(self.positions[idx].map(f64::from)) + self.lift * normal;
+            let position = DVec3::from(self.positions[idx].map(f64::from));
+            let lifted = DVec3::from(self.origin) + position + self.lift(position) * normal;
             let receiver = Receiver {
-                position: position.to_array(),
+                position: lifted.to_array(),
                 normal: normal.to_array(),
             };
             (idx, receiver)
         })
         .collect()
+    }
+
+    /// Returns the distance from the surface at which rays should start so that they do not hit it: beyond
+    /// the rounding of a position relative to the origin to single floats, however large the scene is.
+    fn lift(&self, position: DVec3) -> f64 {
+        let rounded = LIFT_PER_COORDINATE * position.abs().max_element();
+        rounded.clamp(
+            MIN_LIFT_PER_EXTENT * self.extent,
+            LIFT_PER_EXTENT * self.extent,
+        )
     }
 
     /// Returns an EXR file with the channels `P.X` to `P.Z`, `N.X` to `N.Z` and `id`, all 32-bit
@@ -121,13 +150,40 @@ impl GBuffer {
     pub fn to_exr(&self) -> crate::Result<Vec<u8>> {
         let mut channels = vec![channel("id", self.ids.iter().map(|&id| id as f32))];
         for (x, axis) in ["X", "Y", "Z"].into_iter().enumerate() {
-            let position = self.positions.iter().map(|p| p[x]);
+            let world = |p: &[f32; 3]| (self.origin[x] + f64::from(p[x])) as f32;
+            let position = self.positions.iter().map(world);
             channels.push(channel(&format!("P.{axis}"), position));
             let normal = self.normals.iter().map(|n| n[x]);
             channels.push(channel(&format!("N.{axis}"), normal));
         }
         exr(self.size, channels)
     }
+}
+
+/// Returns the point that these should be relative to, so that single floats hold them: their middle,
+/// or zero if that is near enough. A horizon far away does not move it.
+pub(crate) fn origin(points: &[DVec3]) -> DVec3 {
+    if points.is_empty() {
+        return DVec3::ZERO;
+    }
+    let center = DVec3::from_array(std::array::from_fn(|x| {
+        median(points.iter().map(|p| p[x]).collect())
+    }));
+    let spread = median(
+        points
+            .iter()
+            .map(|p| (p - center).abs().max_element())
+            .collect(),
+    );
+    match center.abs().max_element() > FAR * spread && points.len() > 1 {
+        true => center,
+        false => DVec3::ZERO,
+    }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Returns an EXR channel of 32-bit floats.
@@ -163,7 +219,7 @@ impl CameraRays<'_> {
         let Some((hit, normal)) = hit.and_then(|hit| Some((hit, self.normal(hit.triangle)?)))
         else {
             return Pixel {
-                position: [0.0; 3],
+                position: DVec3::ZERO,
                 normal: [0.0; 3],
                 id: 0,
             };
@@ -177,7 +233,7 @@ impl CameraRays<'_> {
         let parts = self.mesh.parts();
         let part = parts.partition_point(|part| part.triangles.end <= triangle);
         Pixel {
-            position: single(origin + hit.distance * direction),
+            position: origin + hit.distance * direction,
             normal: single(towards),
             id: self.ids[part],
         }

@@ -197,8 +197,35 @@ impl TriangleMesh {
     ///
     /// If there is no part `idx`.
     pub fn part(&self, idx: usize) -> Result<Self, MeshError> {
-        let part = &self.parts[idx];
-        let triangles = &self.triangles[part.triangles.clone()];
+        self.selected(|candidate| candidate == idx)
+    }
+
+    /// Returns the mesh without the parts of these names.
+    ///
+    /// # Errors
+    ///
+    /// No triangle of the others has an area.
+    pub fn without(&self, names: &[String]) -> Result<Self, MeshError> {
+        self.selected(|idx| !names.contains(&self.parts[idx].name))
+    }
+
+    /// Returns the parts whose indices are chosen.
+    fn selected(&self, is_chosen: impl Fn(usize) -> bool) -> Result<Self, MeshError> {
+        let mut triangles = Vec::new();
+        let mut parts = Vec::new();
+        for (_, part) in self
+            .parts
+            .iter()
+            .enumerate()
+            .filter(|(idx, _)| is_chosen(*idx))
+        {
+            let start = triangles.len();
+            triangles.extend_from_slice(&self.triangles[part.triangles.clone()]);
+            parts.push(Part {
+                name: part.name.clone(),
+                triangles: start..triangles.len(),
+            });
+        }
         if triangles.is_empty() {
             // All that it had was left out.
             return Err(MeshError::NoArea);
@@ -207,14 +234,10 @@ impl TriangleMesh {
         used.sort_unstable();
         used.dedup();
         let renumber = |vertex: u32| used.partition_point(|&v| v < vertex) as u32;
-        let whole = Part {
-            name: part.name.clone(),
-            triangles: 0..triangles.len(),
-        };
         let mut mesh = Self::new(
             used.iter().map(|&v| self.positions[v as usize]).collect(),
             triangles.iter().map(|t| t.map(renumber)).collect(),
-            vec![whole],
+            parts,
         )?;
         mesh.bounds.origin = self.origin();
         Ok(mesh)

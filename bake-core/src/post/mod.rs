@@ -82,6 +82,7 @@ pub fn finish(
         self_offset: options.self_offset_for(classification.inside().as_ref()),
         flatness: refinements.flatness,
         check: None,
+        without: vec![],
         source,
     };
     Ok(Grid::encode(

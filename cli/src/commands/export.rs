@@ -22,6 +22,9 @@ pub(crate) struct Args {
     /// The file to write
     #[arg(short, long, value_name = "OUT")]
     out: PathBuf,
+    /// Replace files that exist
+    #[arg(long)]
+    force: bool,
 }
 
 /// The examples at the end of `export --help`.
@@ -38,6 +41,7 @@ enum Target {
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let grid = read_grid(&args.file)?;
     output::check_not_input(&args.out, &args.file)?;
+    output::check_new(&args.out, args.force)?;
     let shape = match args.to {
         Target::Npy => write_npy(args, &grid)?,
     };

@@ -155,8 +155,6 @@ impl GridJson {
 
 fn grid_lines(grid: &Grid) -> Vec<String> {
     let record = grid.record();
-    let source = &record.source;
-    let part = source.part.as_ref().map(|part| format!(", part `{part}`"));
     let [ox, oy, oz] = record.sample_offset;
     let [fx, fy, fz, f] = record.flatness;
     let max_distance = record
@@ -201,19 +199,27 @@ fn grid_lines(grid: &Grid) -> Vec<String> {
             record.self_offset
         ),
         format!("far field  flatness {f} + {fx} x² + {fy} y² + {fz} z² (0 a sphere, 1 a disc)"),
-        format!(
-            "source     {}{}, {} triangles",
-            source.name,
-            part.unwrap_or_default(),
-            source.triangles
-        ),
+        format!("source     {}", source_line(record)),
         match &record.check {
             Some(check) => format!("checked    {}", check_line(check)),
             None => "checked    no: bake it with --check".into(),
         },
-        format!("hash       {}", source.blake3),
+        format!("hash       {}", record.source.blake3),
         format!("writer     {}", grid.writer()),
     ]
+}
+
+/// Describes what was baked in one line.
+fn source_line(record: &BakeRecord) -> String {
+    let source = &record.source;
+    let mut line = source.name.clone();
+    if let Some(part) = &source.part {
+        line += &format!(", part `{part}`");
+    }
+    if !record.without.is_empty() {
+        line += &format!(", without `{}`", record.without.join("`, `"));
+    }
+    format!("{line}, {} triangles", source.triangles)
 }
 
 /// Describes the measured error in one line.

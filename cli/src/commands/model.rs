@@ -21,6 +21,9 @@ pub(crate) struct Args {
     /// Refine the model to this many triangles, or one more
     #[arg(long, value_name = "N")]
     triangles: Option<usize>,
+    /// Replace files that exist
+    #[arg(long)]
+    force: bool,
 }
 
 /// The examples at the end of `sample --help`.
@@ -38,7 +41,7 @@ fn model_parser() -> impl TypedValueParser<Value = Model> {
 }
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
-    output::check(&args.out)?;
+    output::check_new(&args.out, args.force)?;
     let mesh = args.name.mesh(args.triangles)?;
     output::write(&args.out, to_obj(&mesh).as_bytes())?;
     console.note(&format!(

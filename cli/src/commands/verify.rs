@@ -1,7 +1,9 @@
 //! `verify`: checks that grid files are intact and agree with their metadata.
 
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 
+use anyhow::{Context, ensure};
 use aogrid_grid_format::{BoundaryMode, Encoding, Grid};
 
 use super::info::read_grid;
@@ -14,7 +16,7 @@ use crate::console::Console;
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// Grid files (*.ao.ktx2)
+    /// Grid files (*.ao.ktx2), or folders of them
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
 }
@@ -23,11 +25,19 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Examples:
   aogrid verify table.ao.ktx2
-  aogrid verify box.ao.ktx2 robot.ao.ktx2";
+  aogrid verify box.ao.ktx2 robot.ao.ktx2
+  aogrid verify grids";
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
-    let mut last = None;
+    let mut files = Vec::new();
     for path in &args.files {
+        match path.is_dir() {
+            true => files.extend(grids_in(path)?),
+            false => files.push(path.to_owned()),
+        }
+    }
+    let mut last = None;
+    for path in &files {
         let failure = match read_grid(path) {
             Ok(grid) => violation(&grid).map(|text| anyhow::anyhow!("{}: {text}", path.display())),
             Err(error) => Some(error),
@@ -43,6 +53,25 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         }
     }
     last.map_or(Ok(()), Err)
+}
+
+/// Returns the grid files of a folder, sorted by name.
+fn grids_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let shown = || folder.display().to_string();
+    let mut grids = Vec::new();
+    for entry in fs::read_dir(folder).with_context(shown)? {
+        let path = entry.with_context(shown)?.path();
+        if path
+            .extension()
+            .is_some_and(|ending| ending.eq_ignore_ascii_case("ktx2"))
+        {
+            grids.push(path);
+        }
+    }
+    // Without this, a batch that made nothing would pass.
+    ensure!(!grids.is_empty(), "{}: it has no grids (*.ktx2)", shown());
+    grids.sort();
+    Ok(grids)
 }
 
 /// Returns the first violated condition of a grid that was read without an error.

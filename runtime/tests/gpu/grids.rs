@@ -104,6 +104,7 @@ fn record() -> BakeRecord {
         inside: None,
         snap: false,
         fit: false,
+        without: vec![],
         self_offset: 0.0,
         flatness: [0.0; 4],
         check: None,

@@ -15,22 +15,29 @@ pub(super) fn read(path: &Path, warnings: &mut Vec<String>) -> crate::Result<Pic
     let metadata = fs::metadata(path).with_context(shown)?;
     ensure!(metadata.is_file(), "{}: it is not a regular file", shown());
     let bytes = fs::read(path).with_context(shown)?;
-    let mut picture = match &bytes[..] {
-        [0x76, 0x2f, 0x31, 0x01, ..] => openexr::read(&bytes).with_context(shown)?,
-        [b'#', b'?', ..] => radiance_hdr::read(&bytes).with_context(shown)?,
-        _ => bail!("{}: it is neither an EXR nor a Radiance HDR file", shown()),
+    parse(&shown(), &bytes, warnings)
+}
+
+/// Parses the content of the file that messages call `name`.
+pub(super) fn parse(
+    name: &str,
+    bytes: &[u8],
+    warnings: &mut Vec<String>,
+) -> crate::Result<Picture> {
+    let mut picture = match bytes {
+        [0x76, 0x2f, 0x31, 0x01, ..] => openexr::read(bytes).with_context(|| name.to_owned())?,
+        [b'#', b'?', ..] => radiance_hdr::read(bytes).with_context(|| name.to_owned())?,
+        _ => bail!("{name}: it is neither an EXR nor a Radiance HDR file"),
     };
     let [negative, non_finite] = sanitize(&mut picture.texels);
     if negative > 0 {
         warnings.push(format!(
-            "{}: {negative} texels have negative radiance (clamped to 0)",
-            shown()
+            "{name}: {negative} texels have negative radiance (clamped to 0)"
         ));
     }
     if non_finite > 0 {
         warnings.push(format!(
-            "{}: {non_finite} texels are infinite (clamped to {MAX_HALF}) or NaN (set to 0)",
-            shown()
+            "{name}: {non_finite} texels are infinite (clamped to {MAX_HALF}) or NaN (set to 0)"
         ));
     }
     Ok(picture)

@@ -74,6 +74,20 @@ impl EnvironmentSource {
         })
     }
 
+    /// Returns the map that the bytes of an EXR or HDR file hold, upright and as bright as there, with
+    /// warnings; for programs without a file system. Messages call the file `name`.
+    ///
+    /// # Errors
+    ///
+    /// The file is of an unsupported kind, malformed, or too large.
+    pub fn load_bytes(name: &str, bytes: &[u8]) -> crate::Result<(Environment, Vec<String>)> {
+        let mut warnings = vec![];
+        let picture = file::parse(name, bytes, &mut warnings)?;
+        let rows = DMat3::IDENTITY.to_cols_array_2d();
+        let environment = Environment::new(picture.size, picture.texels, rows)?;
+        Ok((environment, warnings))
+    }
+
     /// Reads or generates the map, and returns it with warnings, one line each.
     ///
     /// # Errors

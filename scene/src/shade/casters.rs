@@ -7,7 +7,7 @@ use aogrid_runtime::AogridOccluder;
 use aogrid_runtime::shading::{
     AogridLookup, aogrid_is_on_itself, aogrid_lookup, aogrid_lookup_on_itself,
 };
-use glam::DMat4;
+use glam::{DAffine3, DMat4, DVec3};
 
 use super::ShadeInput;
 use crate::Instance;
@@ -30,6 +30,8 @@ pub(super) enum GridShading {
 pub(super) struct Caster<'a> {
     pub instance: &'a Instance,
     pub grid: Arc<Grid>,
+    /// The instance in the form that the runtime's passes read, relative to the target's origin.
+    pub posed: aogrid_runtime::Instance,
     /// The occluder in the form that the runtime's CPU twin reads.
     pub occluder: AogridOccluder,
 }
@@ -63,10 +65,16 @@ pub(super) fn casters<'a>(input: &ShadeInput<'a>, shading: GridShading) -> Resul
             shading == GridShading::Occlusion || grid.encoding().has_direction(),
             "its grid has no cones: bake it with --encoding cone, or use --mode occlusion"
         );
-        let occluder = AogridOccluder::new(&grid, &runtime_instance(instance))?;
+        let posed = posed(instance, grid.spec().origin(), input.target.origin);
+        let grid = match grid.spec().origin() {
+            [0.0, 0.0, 0.0] => grid,
+            _ => Arc::new(Grid::clone(&grid).at_zero()),
+        };
+        let occluder = AogridOccluder::new(&grid, &posed)?;
         Ok(Caster {
             instance,
             grid,
+            posed,
             occluder,
         })
     };
@@ -79,10 +87,14 @@ pub(super) fn describe(input: &ShadeInput<'_>, instance: &Instance) -> String {
     format!("{}: `{}`", input.scene.path.display(), instance.name)
 }
 
-/// Converts an instance to the runtime's type, without the excluded receivers, of which a scene may
-/// name more than fit into a uniform.
-pub(super) fn runtime_instance(instance: &Instance) -> aogrid_runtime::Instance {
-    let world_from_object = DMat4::from(instance.world_from_object).as_mat4();
+/// Converts an instance to the runtime's type, with its grid at zero and the world relative to `origin`,
+/// so that single floats hold what is far away; without the excluded receivers, of which a scene may name
+/// more than fit into a uniform.
+fn posed(instance: &Instance, grid_origin: [f64; 3], origin: [f64; 3]) -> aogrid_runtime::Instance {
+    let world_from_grid =
+        instance.world_from_object * DAffine3::from_translation(grid_origin.into());
+    let moved = DAffine3::from_translation(-DVec3::from(origin)) * world_from_grid;
+    let world_from_object = DMat4::from(moved).as_mat4();
     aogrid_runtime::Instance {
         strength: instance.strength,
         far_field: instance.far_field,

@@ -77,11 +77,12 @@ fn occlusions(
         let pairs = receivers.iter().zip(ids);
         let shade_one = |(receiver, &id): (&Receiver, &u32)| {
             let layers = instances.layers(id);
+            let seen = target.singles(receiver);
             let casting = casters.iter().filter(|c| c.caster.casts_on(id, layers));
             if matches!(shading, GridShading::Merge | GridShading::Mean) {
                 let unoccluded = [0.0, 0.0, 0.0, 1.0];
                 let [.., t] = casting.fold(unoccluded, |before, caster| {
-                    let one = caster.contribution(receiver, id, &tables);
+                    let one = caster.contribution(seen, id, &tables);
                     match (one, shading) {
                         (None, _) => before,
                         (Some(one), GridShading::Mean) => {
@@ -93,7 +94,7 @@ fn occlusions(
                 return 1.0 - t;
             }
             let product: f32 = casting
-                .map(|caster| caster.transmittance(receiver, id, shading, &tables))
+                .map(|caster| caster.transmittance(seen, id, shading, &tables))
                 .product();
             1.0 - product
         };
@@ -105,8 +106,7 @@ fn occlusions(
 
 impl Textured<'_> {
     /// Returns what this caster adds to the accumulated occlusion; none beyond its reach.
-    fn contribution(&self, receiver: &Receiver, id: u32, tables: &Tables) -> Option<[f32; 4]> {
-        let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
+    fn contribution(&self, [p, n]: [[f32; 3]; 2], id: u32, tables: &Tables) -> Option<[f32; 4]> {
         let (occluder, clip) = (&self.caster.occluder, &tables.clip);
         let lookup = self.caster.lookup(id, p, n);
         let at = || aogrid_cone_with_axis_at(occluder, &self.texture, clip, lookup, n);
@@ -116,12 +116,11 @@ impl Textured<'_> {
     /// Returns the share of light that this caster leaves to a receiver.
     fn transmittance(
         &self,
-        receiver: &Receiver,
+        [p, n]: [[f32; 3]; 2],
         id: u32,
         shading: GridShading,
         tables: &Tables,
     ) -> f32 {
-        let [p, n] = [receiver.position, receiver.normal].map(|v| v.map(|x| x as f32));
         let on_itself = id == self.caster.instance.id;
         let Caster { occluder, grid, .. } = self.caster;
         match (shading, grid.encoding().has_direction()) {

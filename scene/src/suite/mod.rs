@@ -251,14 +251,13 @@ pub fn judge_grid(
     for (idx, pose) in poses(&subject.mesh).iter().enumerate() {
         let scene = scene_of(subject, pose, grid);
         let receivers: Vec<_> = truth.receivers.iter().filter(|r| r.pose == idx).collect();
-        let target = Target {
-            receivers: receivers.iter().map(|r| r.point).collect(),
-            ids: receivers
+        let target = Target::of_points(
+            receivers.iter().map(|r| r.point).collect(),
+            receivers
                 .iter()
                 .map(|r| u32::from(r.area == Area::Itself))
                 .collect(),
-            picture: None,
-        };
+        );
         let shaded = mode.shade(&ShadeInput::new(&scene, &target))?;
         for (receiver, shaded) in receivers.into_iter().zip(shaded.occlusion) {
             samples[receiver.area as usize].push(Sample {

@@ -20,6 +20,8 @@ mod environment_light;
 mod environments;
 /// The far field of baked objects.
 mod far_field;
+/// Scenes at map coordinates, and over large floors.
+mod far_scenes;
 /// Commands and tests resolve the same features.
 mod features;
 /// The GPU baker against rays and exact answers.

@@ -195,7 +195,7 @@ fn measure(path: &Path, args: &Args, console: &Console) -> anyhow::Result<ModelR
 /// Returns the backends to measure, one for each row: each algorithm on each device that is both
 /// requested and present, or each SIMD level of the CPU's sweep with its name.
 fn measured_backends(args: &Args) -> anyhow::Result<Vec<(Backend, Option<&'static str>)>> {
-    let request = args.shared.backend().unwrap_or_else(|usage| usage.exit());
+    let request = args.shared.backend()?;
     let with_cpu = !matches!(request, BackendRequest::Gpu(_));
     let choice = match request {
         BackendRequest::Cpu => None,

@@ -215,6 +215,7 @@ fn a_dry_run_writes_nothing() {
     let report: Value = serde_json::from_str(&report).unwrap();
     let output = &report["outputs"][0];
     assert_eq!(output["state"], "dry-run");
+    assert!(output["seconds"].as_f64().unwrap() > 0.0);
     assert_eq!(output["mesh"]["triangles"], 60);
     assert_eq!(
         output["placement"]["resolution"],

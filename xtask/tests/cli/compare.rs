@@ -3,7 +3,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::{fails, ok, run};
+use super::{fails, misused, ok, run};
 
 /// Writes a box on a floor that a camera sees.
 fn scene(folder: &Path) -> std::path::PathBuf {
@@ -80,11 +80,11 @@ fn the_suite_is_judged_and_its_truth_taken_up_again() {
 fn wrong_comparisons_are_errors() {
     let folder = tempfile::tempdir().unwrap();
     let scene = scene(folder.path());
-    let row = fails("compare --suite --rows nothing", &[]);
+    let row = misused("compare --suite --rows nothing", &[]);
     assert!(row.contains("`paper`"), "{row}");
     let subject = fails("compare --suite --only nothing.obj", &[]);
     assert!(subject.contains("nothing.obj"), "{subject}");
-    let ending = fails("compare {} -o a.exr", &[&scene]);
+    let ending = misused("compare {} -o a.exr", &[&scene]);
     assert!(ending.contains("a.exr"), "{ending}");
     for usage in ["compare", "compare --resume", "compare --suite a.toml"] {
         assert_eq!(run(usage, &[]).status.code(), Some(2), "{usage}");

@@ -13,6 +13,7 @@ fn wrong_usage_is_exit_status_2() {
         "--resolution 32x32",
         "--face-size 4",
         "--epsilon 0",
+        "--epsilon 1.5",
         "--epsilon 0.1 --half-extents 1,1,1",
         "--half-extents 1,2",
         "--half-extents -1,2,3",

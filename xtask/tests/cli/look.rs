@@ -44,6 +44,9 @@ fn info_reports_what_the_file_records() {
 fn verify_finds_errors_that_readers_do_not() {
     let (folder, grid) = baked("");
     assert!(ok("verify {}", &[&grid]).contains("ok"));
+    assert_eq!(ok("verify {}", &[folder.path()]).lines().count(), 1);
+    let empty = tempfile::tempdir().unwrap();
+    assert!(fails("verify {}", &[empty.path()]).contains("no grids"));
     let bytes = fs::read(&grid).unwrap();
     let damaged = |name: &str, at: usize, value: u8| {
         let path = folder.path().join(name);
@@ -223,6 +226,6 @@ fn samples_are_refined_or_refused() {
     ok("sample torus -o {} --triangles 3001", &[&obj]);
     let text = fs::read_to_string(&obj).unwrap();
     assert_eq!(text.lines().filter(|l| l.starts_with("f ")).count(), 3002);
-    assert!(fails("sample torus -o {} --triangles 3", &[&obj]).contains("at least"));
+    assert!(fails("sample torus -o {} --triangles 3 --force", &[&obj]).contains("at least"));
     assert_eq!(run("sample pyramid -o {}", &[&obj]).status.code(), Some(2));
 }

@@ -2,6 +2,8 @@
 
 /// Baking: outputs, skipping, parts, reports.
 mod bake;
+/// Batches: rules for build systems, the cache, files that exist.
+mod batches;
 /// Comparing scenes with their truth, and the accuracy suite.
 mod compare;
 /// Environment light and glossy surfaces.
@@ -68,6 +70,16 @@ fn ok(line: &str, paths: &[&Path]) -> String {
 /// Runs a command that must fail with exit status 1 and one line on stderr; returns that line.
 fn fails(line: &str, paths: &[&Path]) -> String {
     one_line_error(&run(line, paths), line)
+}
+
+/// Runs a command line that contradicts itself, which must fail with exit status 2; returns what it
+/// says.
+fn misused(line: &str, paths: &[&Path]) -> String {
+    let output = run(line, paths);
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{line}: {stderr}");
+    assert!(output.stdout.is_empty(), "{line}");
+    stderr
 }
 
 fn one_line_error(output: &Output, what: &str) -> String {

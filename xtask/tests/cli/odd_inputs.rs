@@ -188,9 +188,18 @@ fn odd_skies(inside: &str) {
             path.display()
         );
         fs::write(&scene, text).unwrap();
-        let args = ["render", "--mode", "truth", "--threads", "2", "-o"].map(Path::new);
-        let [render, mode, truth, threads, two, o] = args;
-        let output = limited(&[render, &scene, mode, truth, threads, two, o, &csv]);
+        let args = [
+            "render",
+            "--mode",
+            "truth",
+            "--threads",
+            "2",
+            "--force",
+            "-o",
+        ]
+        .map(Path::new);
+        let [render, mode, truth, threads, two, force, o] = args;
+        let output = limited(&[render, &scene, mode, truth, threads, two, force, o, &csv]);
         if output.status.success() {
             read += 1;
             let table = fs::read_to_string(&csv).unwrap();

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 
 use tempfile::TempDir;
 
-use super::{fails, ok, run};
+use super::{fails, misused, ok, run};
 
 /// Returns a folder with a small scene in it: a box on a floor, with a camera and receivers.
 fn with_scene(more: &str) -> (TempDir, PathBuf) {
@@ -105,7 +105,7 @@ fn renders_are_deterministic_and_depend_on_the_options() {
     let render = |options: &str| {
         let out = folder.path().join("a.exr");
         ok(
-            &format!("render {{}} --mode truth --samples 32 -o {{}} {options}"),
+            &format!("render {{}} --mode truth --samples 32 --force -o {{}} {options}"),
             &[&scene, &out],
         );
         fs::read(out).unwrap()
@@ -125,13 +125,15 @@ fn invalid_outputs_are_refused() {
         ("a", "", ".csv"),
         ("a.png", "--mode truth", "twice"),
         ("a.csv", "--gbuffer g.exr", "--gbuffer"),
-        ("none/a.png", "", "does not exist"),
         ("scene.toml", "", ".png"),
     ] {
         let line = format!("render {{}} --mode truth -o {{}} {options}");
-        let error = fails(&line, &[&scene, &out(name)]);
+        let error = misused(&line, &[&scene, &out(name)]);
         assert!(error.contains(why), "{error}");
     }
+    let line = "render {} --mode truth -o {}";
+    let error = fails(line, &[&scene, &out("none/a.png")]);
+    assert!(error.contains("does not exist"), "{error}");
     for wrong in [
         "--mode nonsense",
         "",

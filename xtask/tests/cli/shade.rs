@@ -99,7 +99,7 @@ fn overlapping_boxes_are_lighter_merged_than_multiplied() {
     assert!(off(&merge) < 0.8 * off(&cone));
     let alone = "strength = 0.0";
     let scene = self::scene(folder.path(), grid, alone);
-    ok("render {} --mode cone,merge -o {}", &[&scene, &csv]);
+    ok("render {} --mode cone,merge -o {} --force", &[&scene, &csv]);
     assert!(column(&csv, "merge").iter().all(|ao| *ao == 0.0));
 }
 
@@ -109,7 +109,7 @@ fn strength_layers_and_exclusion_reach_the_shading() {
     let csv = folder.path().join("out.csv");
     let shade = |instance: &str| {
         let scene = scene(folder.path(), "", instance);
-        ok("render {} --mode cone -o {}", &[&scene, &csv]);
+        ok("render {} --mode cone -o {} --force", &[&scene, &csv]);
         column(&csv, "cone")
     };
     let full = shade("");

@@ -185,7 +185,7 @@ impl MeshFile {
             Format::Gltf => Content::Gltf(Box::new(GltfFile::new(&bytes, resolver)?)),
         };
         if let Content::Gltf(file) = &content {
-            for external in file.external() {
+            for (_, external) in file.external() {
                 // The length keeps the files apart.
                 hasher.update(&(external.len() as u64).to_le_bytes());
                 hasher.update(external);
@@ -206,6 +206,16 @@ impl MeshFile {
     /// The BLAKE3 hash of the bytes of all files that were read, in hexadecimal.
     pub fn blake3(&self) -> &str {
         &self.blake3
+    }
+
+    /// Returns the paths of the other files that were read, relative to this file's folder.
+    pub fn companions(&self) -> impl Iterator<Item = &str> {
+        let gltf = match &self.content {
+            Content::Gltf(file) => Some(file),
+            _ => None,
+        };
+        let external = gltf.into_iter().flat_map(|file| file.external());
+        external.map(|(path, _)| path)
     }
 
     /// Parses the mesh.

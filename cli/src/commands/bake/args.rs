@@ -12,9 +12,11 @@ use clap::ValueEnum;
 use super::inputs;
 use super::values::{
     face_size, half_extents, named, positive, ray_count, resolution, sample_offset, self_offset,
+    share,
 };
 use crate::backend::BackendRequest;
 use crate::memory;
+use crate::usage::conflict;
 
 /// Bake the ambient occlusion around a model into a grid file
 ///
@@ -38,7 +40,7 @@ pub(crate) struct Args {
     pub shared: SharedArgs,
     /// Extend the grid to where the model occludes about this share of the sphere [default: 0.8;
     /// paper: 0.1]
-    #[arg(long, value_parser = positive, conflicts_with = "half_extents", allow_hyphen_values = true)]
+    #[arg(long, value_parser = share, conflicts_with = "half_extents", allow_hyphen_values = true)]
     pub epsilon: Option<f32>,
     /// Adjust the box until layers of cells' centers lie just outside the model's bounding box
     /// [default: on; paper: off]
@@ -85,7 +87,8 @@ pub(crate) struct Args {
     /// to 2; renderers read it from the file [default: 0.25, 0.5 for sheets; paper: 0]
     #[arg(long, value_name = "CELLS", value_parser = self_offset, allow_hyphen_values = true)]
     pub self_offset: Option<f32>,
-    /// Position of a cell's sample, in cells from the center, each within ±0.5
+    /// Position of a cell's sample, in cells from the center, each within ±0.5; a sample exactly on
+    /// a face of the model, as on voxel models with 0,0,0, has no right value
     /// [default: 0.00031,-0.00017,0.00043]
     #[arg(long, value_name = "X,Y,Z", value_parser = sample_offset, allow_hyphen_values = true)]
     pub sample_offset: Option<[f32; 3]>,
@@ -104,6 +107,9 @@ pub(crate) struct Args {
     /// Bake each part of a model by itself, for animation, and write a scene file that poses them
     #[arg(long)]
     pub parts: bool,
+    /// Leave out the part of this name, such as a speck far away; give it again for each
+    #[arg(long, value_name = "PART", conflicts_with = "parts")]
+    pub without: Vec<String>,
     /// Bake only these of the models, by their numbers from 1, as in 2-5,9
     #[arg(long, value_name = "NUMBERS", value_parser = inputs::item, value_delimiter = ',')]
     pub items: Option<Vec<RangeInclusive<usize>>>,
@@ -111,7 +117,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "I/N", value_parser = inputs::shard)]
     pub shard: Option<(usize, usize)>,
     /// Print the numbers and names of the models, and bake nothing
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["dry_run", "json", "depfile", "cache"])]
     pub list: bool,
     /// End at the first model or part that fails, instead of going on with the rest
     #[arg(long)]
@@ -119,10 +125,17 @@ pub(crate) struct Args {
     /// Refuse what needs more memory than this, such as 900M or 2G [default: what is free]
     #[arg(long, value_name = "BYTES", value_parser = memory::bytes)]
     pub max_memory: Option<u64>,
-    /// Bake outputs that are up to date, too
+    /// Write the files that each output was made from as a rule of a Makefile, for build systems
+    #[arg(long, value_name = "FILE", conflicts_with = "dry_run")]
+    pub depfile: Option<PathBuf>,
+    /// Keep grids in this folder and take them from there where the same model is baked with the
+    /// same options again; runs and machines may share it
+    #[arg(long, value_name = "DIR", conflicts_with = "dry_run")]
+    pub cache: Option<PathBuf>,
+    /// Bake outputs that are up to date, too, and replace files that are no grids
     #[arg(long)]
     pub force: bool,
-    /// Print what would be baked and the grid's box, and write nothing
+    /// Print what would be baked with the grid's box, memory and time on the CPU, and write nothing
     #[arg(long)]
     pub dry_run: bool,
     /// Report as one JSON object on stdout
@@ -147,7 +160,8 @@ pub struct SharedArgs {
     #[arg(long, value_parser = face_size)]
     pub face_size: Option<u32>,
     /// Algorithm that tests the directions of faces: the direction sweep where it is possible and
-    /// faster, else ray casting; or always one of them. The grid is the same
+    /// faster, else ray casting; or always one of them. The grid is the same, except where samples
+    /// lie exactly on faces of the model, which the default --sample-offset avoids
     #[arg(long, alias = "kernel", value_enum, default_value_t = AlgorithmArg::Auto)]
     pub algorithm: AlgorithmArg,
     /// Device to bake on: a GPU if there is one, else the CPU; or always one of them. Software
@@ -183,7 +197,7 @@ pub enum AlgorithmArg {
     Rays,
 }
 
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 pub enum BackendArg {
     Auto,
     Cpu,
@@ -203,10 +217,7 @@ impl SharedArgs {
     /// Returns the requested device; an error if an option would have no effect.
     pub fn backend(&self) -> Result<BackendRequest, clap::Error> {
         match (self.backend, &self.adapter) {
-            (BackendArg::Cpu, Some(_)) => Err(clap::Error::raw(
-                clap::error::ErrorKind::ArgumentConflict,
-                "--adapter needs --backend gpu or auto\n",
-            )),
+            (BackendArg::Cpu, Some(_)) => Err(conflict("--adapter needs --backend gpu or auto")),
             (BackendArg::Cpu, None) => Ok(BackendRequest::Cpu),
             (BackendArg::Auto, None) => Ok(BackendRequest::Auto),
             (BackendArg::Gpu, None) => Ok(BackendRequest::Gpu(AdapterSelector::Real)),
@@ -250,11 +261,7 @@ impl Args {
                 SamplingArg::Faces => "monte-carlo",
                 SamplingArg::MonteCarlo => "faces",
             };
-            let message = format!("{name} needs --sampling {other}\n");
-            return Err(clap::Error::raw(
-                clap::error::ErrorKind::ArgumentConflict,
-                message,
-            ));
+            return Err(conflict(format!("{name} needs --sampling {other}")));
         }
         let preset = self.preset.options();
         let encoding = self.encoding.unwrap_or(preset.encoding);
@@ -282,12 +289,7 @@ impl Args {
             },
             self_offset: self.self_offset.or(preset.self_offset),
         };
-        options.validate().map_err(|error| {
-            clap::Error::raw(
-                clap::error::ErrorKind::ArgumentConflict,
-                format!("{error}\n"),
-            )
-        })?;
+        options.validate().map_err(conflict)?;
         Ok(options)
     }
 }

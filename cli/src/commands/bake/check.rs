@@ -17,6 +17,9 @@ const OPTIONS: SuiteOptions = SuiteOptions {
     seed: 0,
 };
 
+/// The rays of a check, of six areas.
+pub(super) const RAYS: f64 = 6.0 * OPTIONS.receivers as f64 * OPTIONS.samples as f64;
+
 /// The receivers around a mesh with their truth, for the check of any number of grids.
 pub(super) struct Checker {
     subject: Subject,

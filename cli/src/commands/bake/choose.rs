@@ -5,6 +5,7 @@ use aogrid_bake_core::{BakeOptions, Placement};
 use aogrid_grid_format::{Grid, MAX_RESOLUTION, MIN_RESOLUTION};
 
 use super::check::contact_error;
+use crate::usage::usage;
 
 /// The resolutions that `--max-error` tries, in this order.
 const CANDIDATES: [u32; 13] = [8, 12, 16, 20, 24, 28, 32, 40, 48, 56, 64, 80, 96];
@@ -17,10 +18,10 @@ pub(super) fn resolution_within(max_bytes: u64, options: &BakeOptions) -> anyhow
         .last()
     {
         Some(n) => Ok(n),
-        None => bail!(
+        None => Err(usage(format!(
             "--max-bytes {max_bytes}: the smallest grid, {MIN_RESOLUTION}³, takes {} bytes",
             bytes(MIN_RESOLUTION, options)
-        ),
+        ))),
     }
 }
 

@@ -33,6 +33,7 @@ pub(super) struct Jobs<'a> {
     out: &'a Path,
     parts: bool,
     into_folder: bool,
+    force: bool,
 }
 
 impl<'a> Jobs<'a> {
@@ -41,6 +42,7 @@ impl<'a> Jobs<'a> {
             out: &args.out,
             parts: args.parts,
             into_folder: args.parts || inputs.are_several,
+            force: args.force,
         };
         let shown = args.out.display();
         if !jobs.into_folder {
@@ -57,7 +59,7 @@ impl<'a> Jobs<'a> {
                 };
                 bail!("{shown}: {hint}");
             }
-            output::check(&args.out)?;
+            jobs.check_out(&args.out)?;
             return Ok(jobs);
         }
         jobs.check_collisions(&inputs.all)?;
@@ -84,6 +86,11 @@ impl<'a> Jobs<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Checks that a grid can be written to `out`, where an older one may be.
+    pub(super) fn check_out(&self, out: &Path) -> anyhow::Result<()> {
+        output::check_own(out, self.force, "a grid", is_grid)
     }
 
     /// Returns the job for a whole model; `None` if its parts are baked instead.
@@ -127,6 +134,12 @@ impl<'a> Jobs<'a> {
     }
 }
 
+/// Whether a file's start is that of a grid, which may be of any version, or damaged.
+fn is_grid(head: &[u8]) -> bool {
+    let key = b"aogrid\0";
+    head.starts_with(b"\xABKTX 20\xBB") && head.windows(key.len()).any(|bytes| bytes == key)
+}
+
 /// Returns `name` with all characters replaced that a file name may not contain.
 fn file_name(name: &str) -> String {
     let plain = |c: char| match c {
@@ -142,7 +155,7 @@ pub(super) fn up_to_date(
     job: &Job,
     placement: &Placement,
     options: &BakeOptions,
-    must_be_checked: bool,
+    args: &Args,
     file: &MeshFile,
 ) -> Option<Grid> {
     let grid = read_grid(&job.out).ok()?;
@@ -156,7 +169,8 @@ pub(super) fn up_to_date(
     let untouched = grid.is_unchanged();
     let same = same_extent
         && untouched
-        && (record.check.is_some() || !must_be_checked)
+        && (record.check.is_some() || !args.check)
+        && record.without == args.without
         && grid.writer() == Grid::current_writer()
         && grid.spec().resolution() == placement.resolution
         && grid.encoding() == options.encoding

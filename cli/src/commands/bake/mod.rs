@@ -1,8 +1,11 @@
 //! `bake`: grid files from models.
 
 mod args;
+mod cache;
 mod check;
 mod choose;
+mod depfile;
+mod estimate;
 mod inputs;
 mod jobs;
 mod model_baker;
@@ -10,15 +13,17 @@ mod parts;
 mod report;
 mod values;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use aogrid_bake_core::mesh::{LoadedMesh, MeshFile, PartMesh};
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh};
 
 pub(crate) use args::Args;
 pub use args::SharedArgs;
+use cache::Cache;
+use depfile::Depfile;
 use inputs::Inputs;
 use jobs::{Job, Jobs};
 use model_baker::ModelBaker;
@@ -30,8 +35,8 @@ use crate::console::Console;
 use crate::{interrupt, output};
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
-    let options = args.options().unwrap_or_else(|usage| usage.exit());
-    let request = args.shared.backend().unwrap_or_else(|usage| usage.exit());
+    let options = args.options()?;
+    let request = args.shared.backend()?;
     let mut placement = args.placement();
     let inputs = Inputs::new(&args.models, args.items.as_deref(), args.shard)?;
     if args.list {
@@ -49,10 +54,19 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     }
     use_threads(args.shared.threads)?;
     interrupt::listen();
+    let cache = args.cache.as_ref();
+    let depfile = args.depfile.as_ref();
     let mut batch = Batch {
         args,
         console,
         jobs: Jobs::new(args, &inputs)?,
+        cache: cache
+            .map(|folder| Cache::open(folder, args, &placement, &options))
+            .transpose()?,
+        depfile: depfile
+            .map(|path| Depfile::new(path, args.force))
+            .transpose()?,
+        written: vec![],
         is_single: !inputs.are_several && !args.parts,
         backend: Backend::new(request, args.shared.algorithm()),
         placement: &placement,
@@ -64,8 +78,14 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
             batch.fail(&model.display().to_string(), error)?;
         }
     }
+    if let Some(depfile) = &batch.depfile {
+        depfile.write()?;
+    }
     batch.outputs.finish(console, args.json)
 }
+
+/// The parts of a model that an error names.
+const MAX_NAMED: usize = 12;
 
 /// Starts the global thread pool with this many threads; all processors if `None`.
 pub fn use_threads(threads: Option<u16>) -> anyhow::Result<()> {
@@ -80,6 +100,10 @@ struct Batch<'a> {
     jobs: Jobs<'a>,
     /// Whether one grid is all that there is to bake.
     is_single: bool,
+    cache: Option<Cache>,
+    depfile: Option<Depfile>,
+    /// The outputs of the current model that are written or up to date.
+    written: Vec<PathBuf>,
     backend: Backend,
     placement: &'a Placement,
     options: &'a BakeOptions,
@@ -87,15 +111,28 @@ struct Batch<'a> {
 }
 
 impl Batch<'_> {
-    /// Bakes a model or its parts.
+    /// Bakes a model or its parts, and notes what the outputs were made from.
     fn model(&mut self, model: &Path) -> anyhow::Result<()> {
-        let shown = model.display();
         let loading = Instant::now();
-        let file = MeshFile::read(model).with_context(|| shown.to_string())?;
+        let file = MeshFile::read(model).with_context(|| model.display().to_string())?;
+        self.written.clear();
+        let result = self.grids(model, &file, loading);
+        if let Some(depfile) = &mut self.depfile {
+            let folder = model.parent().unwrap_or(Path::new(""));
+            let companions = file.companions().map(|path| folder.join(path));
+            let inputs: Vec<PathBuf> = [model.to_owned()].into_iter().chain(companions).collect();
+            depfile.add(&self.written, &inputs)?;
+        }
+        result
+    }
+
+    /// Bakes the grids of a model.
+    fn grids(&mut self, model: &Path, file: &MeshFile, loading: Instant) -> anyhow::Result<()> {
+        let shown = model.display();
         // A whole model that is up to date need not even be parsed.
         let single = self.jobs.whole_job(model);
         if let Some(job) = &single
-            && self.is_up_to_date(job, &file)
+            && self.is_done(job, file)?
         {
             return Ok(());
         }
@@ -105,8 +142,15 @@ impl Batch<'_> {
             self.console.warning(&format!("{shown}: {warning}"));
         }
         match single {
-            Some(job) => self.job(&job, &loaded, &loaded.mesh, load_s),
-            None => self.parts(model, &file, &loaded, load_s),
+            Some(job) if self.args.without.is_empty() => {
+                self.job(&job, file, &loaded, &loaded.mesh, load_s)
+            }
+            Some(job) => {
+                let mesh = without(&loaded.mesh, &self.args.without);
+                let mesh = mesh.with_context(|| shown.to_string())?;
+                self.job(&job, file, &loaded, &mesh, load_s)
+            }
+            None => self.parts(model, file, &loaded, load_s),
         }
     }
 
@@ -119,12 +163,19 @@ impl Batch<'_> {
         load_s: f64,
     ) -> anyhow::Result<()> {
         let jobs = self.jobs.part_jobs(model, &loaded.mesh);
+        let out = self.jobs.scene_file(model);
+        let reference = match self.args.dry_run {
+            true => String::new(),
+            false => {
+                parts::model_reference(model, &out).with_context(|| model.display().to_string())?
+            }
+        };
         let mut posed: Vec<(&Job, PartMesh)> = Vec::new();
         for (idx, job) in jobs.iter().enumerate() {
             let part = loaded.part(idx).with_context(|| job.title.clone());
             let done = part.and_then(|part| {
-                if part.same_as == idx && !self.is_up_to_date(job, file) {
-                    self.job(job, loaded, &part.mesh, load_s)?;
+                if part.same_as == idx && !self.is_done(job, file)? {
+                    self.job(job, file, loaded, &part.mesh, load_s)?;
                 }
                 Ok(part)
             });
@@ -141,10 +192,22 @@ impl Batch<'_> {
         if self.args.dry_run || posed.is_empty() {
             return Ok(());
         }
-        let out = self.jobs.scene_file(model);
-        let scene = parts::scene(model, &out, &loaded.mesh, &jobs, &posed)?;
-        output::write(&out, scene.as_bytes())?;
-        self.console.note(&format!("wrote {}", out.display()));
+        let scene = parts::scene(&reference, &loaded.mesh, &jobs, &posed)?;
+        self.write_scene(out, &scene)
+    }
+
+    /// Writes the scene of a model's parts, unless a person has edited it.
+    fn write_scene(&mut self, out: PathBuf, scene: &str) -> anyhow::Result<()> {
+        let (force, kind) = (self.args.force, "an unedited scene");
+        match output::check_own(&out, force, kind, parts::is_unedited) {
+            Ok(()) => {
+                output::write(&out, scene.as_bytes())?;
+                self.console.note(&format!("wrote {}", out.display()));
+            }
+            // An articulated model is posed by editing it.
+            Err(error) => self.console.warning(&format!("{error:#}")),
+        }
+        self.written.push(out);
         Ok(())
     }
 
@@ -159,26 +222,52 @@ impl Batch<'_> {
         Ok(())
     }
 
+    /// Whether a job's output is up to date, or is in the cache and now written; that is reported.
+    fn is_done(&mut self, job: &Job, file: &MeshFile) -> anyhow::Result<bool> {
+        if self.is_up_to_date(job, file) {
+            return Ok(true);
+        }
+        let cached = self.cache.as_ref().and_then(|cache| {
+            let path = cache.path(job, file);
+            cache.get(&path)
+        });
+        let Some(entry) = cached else {
+            return Ok(false);
+        };
+        self.jobs.check_out(&job.out)?;
+        for warning in &entry.warnings {
+            self.console.warning(&format!("{}: {warning}", job.title));
+        }
+        output::write(&job.out, &entry.bytes)?;
+        self.push(job, Outcome::cached(job, &entry.grid));
+        Ok(true)
+    }
+
     /// Whether a job's output is up to date, which is then reported.
     fn is_up_to_date(&mut self, job: &Job, file: &MeshFile) -> bool {
         // Only a bake tells which resolution an error asks for.
         if self.args.force || self.args.max_error.is_some() {
             return false;
         }
-        let must_be_checked = self.args.check;
-        let current = jobs::up_to_date(job, self.placement, self.options, must_be_checked, file);
+        let current = jobs::up_to_date(job, self.placement, self.options, self.args, file);
         let Some(grid) = current else {
             return false;
         };
-        let outcome = Outcome::up_to_date(job, &grid);
-        self.outputs.push(outcome, self.console, self.args.json);
+        self.push(job, Outcome::up_to_date(job, &grid));
         true
+    }
+
+    /// Reports what has come of a job.
+    fn push(&mut self, job: &Job, outcome: Outcome) {
+        self.outputs.push(outcome, self.console, self.args.json);
+        self.written.push(job.out.clone());
     }
 
     /// Bakes a job and writes its output; with `--dry-run` only reports it.
     fn job(
         &mut self,
         job: &Job,
+        file: &MeshFile,
         loaded: &LoadedMesh,
         mesh: &TriangleMesh,
         load_s: f64,
@@ -192,10 +281,44 @@ impl Batch<'_> {
             args: self.args,
             console: self.console,
         };
-        let outcome = baker.run(job, mesh)?;
-        self.outputs.push(outcome, self.console, self.args.json);
+        if self.args.dry_run {
+            let outcome = baker.dry_run(job, mesh)?;
+            self.push(job, outcome);
+            return Ok(());
+        }
+        self.jobs.check_out(&job.out)?;
+        let baked = baker.run(job, mesh)?;
+        let bytes = baked.grid.to_bytes();
+        output::write(&job.out, &bytes)?;
+        if let Some(cache) = &self.cache
+            && let Err(error) = cache.put(&cache.path(job, file), &bytes, &baked.warnings)
+        {
+            // The grid itself is written: a full or read-only cache costs time only.
+            self.console.warning(&format!("not cached: {error:#}"));
+        }
+        self.push(job, Outcome::baked(job, baked));
         Ok(())
     }
+}
+
+/// Returns a mesh without the parts of these names, each of which it has.
+fn without(mesh: &TriangleMesh, names: &[String]) -> anyhow::Result<TriangleMesh> {
+    let parts = mesh.parts();
+    if let Some(name) = names
+        .iter()
+        .find(|name| parts.iter().all(|part| part.name != **name))
+    {
+        let known = parts
+            .iter()
+            .take(MAX_NAMED)
+            .map(|part| format!("`{}`", part.name));
+        let mut known = known.collect::<Vec<_>>().join(", ");
+        if parts.len() > MAX_NAMED {
+            known += &format!(" and {} more", parts.len() - MAX_NAMED);
+        }
+        bail!("--without `{name}`: it has no such part; its parts are {known}");
+    }
+    Ok(mesh.without(names)?)
 }
 
 /// Returns a file's name without folder and extension, for the names of outputs.

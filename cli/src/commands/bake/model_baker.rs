@@ -6,18 +6,22 @@ use anyhow::Context;
 use aogrid_bake_core::mesh::{LoadedMesh, MeshReport};
 use aogrid_bake_core::{
     BakeOptions, Placement, RawGrid, TriangleMesh, bake_grid, mesh_warnings, near_surface_lattice,
-    warnings,
+    option_warnings, warnings,
 };
 use aogrid_grid_format::{Grid, Source};
 
 use super::Args;
 use super::check::Checker;
 use super::choose;
+use super::estimate;
 use super::jobs::Job;
-use super::report::{BackendReport, Baked, Outcome, Times};
+use super::report::{BackendReport, Baked, Outcome, Plan, Times};
 use crate::backend::{Backend, Provenance, TimedBake};
 use crate::console::Console;
-use crate::{memory, output};
+use crate::memory;
+
+/// The estimated time of a bake from which it is told before the bake begins.
+const MIN_SECONDS_TOLD: f64 = 10.0;
 
 /// Bakes the jobs of one model.
 pub(super) struct ModelBaker<'a> {
@@ -31,39 +35,41 @@ pub(super) struct ModelBaker<'a> {
 }
 
 impl ModelBaker<'_> {
-    /// Bakes a job and writes its output; with `--dry-run` only reports it.
-    pub(super) fn run(&mut self, job: &Job, mesh: &TriangleMesh) -> anyhow::Result<Outcome> {
-        let spec = self
-            .placement
-            .place(&mesh.bounds())
-            .with_context(|| job.title.clone())?;
-        let texel_bytes = self.options.encoding.channels() * self.options.format.channel_bytes();
-        let algorithm = self.args.shared.algorithm();
-        let lattice = match self.options.fit {
-            true => Some(near_surface_lattice(&spec, mesh).with_context(|| job.title.clone())?),
-            false => None,
-        };
-        let needed = memory::needed(mesh, &spec, lattice.as_ref(), texel_bytes, algorithm);
-        memory::check(needed, self.args.max_memory).with_context(|| job.title.clone())?;
+    /// Returns what baking a job would write and need.
+    pub(super) fn dry_run(&self, job: &Job, mesh: &TriangleMesh) -> anyhow::Result<Outcome> {
+        let plan = self.plan(mesh).with_context(|| job.title.clone())?;
+        self.warn(job, &option_warnings(mesh, &plan.spec, self.options));
+        Ok(Outcome::dry_run(job, &MeshReport::new(mesh), &plan))
+    }
+
+    /// Bakes a job's grid.
+    pub(super) fn run(&mut self, job: &Job, mesh: &TriangleMesh) -> anyhow::Result<Baked> {
+        let plan = self.plan(mesh).with_context(|| job.title.clone())?;
         let report = MeshReport::new(mesh);
-        if self.args.dry_run {
-            return Ok(Outcome::dry_run(job, &report, &spec, needed));
-        }
-        output::check(&job.out)?;
-        for warning in mesh_warnings(mesh, &spec, self.loaded.rounding) {
-            self.console.warning(&format!("{}: {warning}", job.title));
+        // Those of the file are told when it is parsed, once for all its parts.
+        let of_file = match job.part {
+            None => self.loaded.warnings.clone(),
+            Some(_) => vec![],
+        };
+        let mut of_mesh = mesh_warnings(mesh, &plan.spec, self.loaded.rounding);
+        of_mesh.extend(option_warnings(mesh, &plan.spec, self.options));
+        self.warn(job, &of_mesh);
+        if let Some(seconds) = plan.seconds.filter(|seconds| *seconds >= MIN_SECONDS_TOLD) {
+            let (time, memory) = (estimate::shown(seconds), memory::shown(plan.memory));
+            let line = format!("{}: {time} on the CPU, about {memory}", job.title);
+            self.console.note(&line);
         }
         let mut stages = Stages::default();
         let grid = self
             .chosen(job, mesh, &mut stages)
             .with_context(|| job.title.clone())?;
-        for warning in warnings(&grid, &report) {
-            self.console.warning(&format!("{}: {warning}", job.title));
-        }
-        output::write(&job.out, &grid.to_bytes())?;
-        let baked = Baked {
+        let grid = grid.with_parts_left_out(self.args.without.clone());
+        let of_grid = warnings(&grid, &report);
+        self.warn(job, &of_grid);
+        Ok(Baked {
             grid,
             report,
+            warnings: [of_file, of_mesh, of_grid].concat(),
             backend: BackendReport::new(stages.provenance.context("nothing was baked")?),
             times: Times {
                 load_s: self.load_s,
@@ -72,8 +78,35 @@ impl ModelBaker<'_> {
                 post_s: stages.post_s,
                 threads: rayon::current_num_threads(),
             },
+        })
+    }
+
+    fn warn(&self, job: &Job, warnings: &[String]) {
+        for warning in warnings {
+            self.console.warning(&format!("{}: {warning}", job.title));
+        }
+    }
+
+    /// Returns the grid's box and what the bake needs; the memory is there.
+    fn plan(&self, mesh: &TriangleMesh) -> anyhow::Result<Plan> {
+        let spec = self.placement.place(&mesh.bounds())?;
+        let texel_bytes = self.options.encoding.channels() * self.options.format.channel_bytes();
+        let algorithm = self.args.shared.algorithm();
+        let lattice = match self.options.fit {
+            true => Some(near_surface_lattice(&spec, mesh)?),
+            false => None,
         };
-        Ok(Outcome::baked(job, baked))
+        let memory = memory::needed(mesh, &spec, lattice.as_ref(), texel_bytes, algorithm);
+        memory::check(memory, self.args.max_memory)?;
+        let (lattice, options) = (lattice.as_ref(), self.options);
+        let is_checked = self.args.check;
+        let seconds = || estimate::seconds(mesh, &spec, lattice, options, algorithm, is_checked);
+        Ok(Plan {
+            spec,
+            memory,
+            // Only bakes tell which resolutions an error asks for.
+            seconds: self.args.max_error.is_none().then(seconds),
+        })
     }
 
     /// Bakes the grid at the resolution that is asked for or chosen, checked if that is asked for.

@@ -3,30 +3,44 @@
 use std::fmt::Write;
 use std::path::{Component, Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::bail;
 use aogrid_bake_core::TriangleMesh;
 use aogrid_bake_core::mesh::{PartMesh, Pose};
 use glam::{DMat3, DQuat};
 
 use super::jobs::Job;
 
+/// The heading of a scene file, before the hash of the rest.
+const HEADING: &str = "# The parts of a model, as it poses them. `bake --parts` replaces this file unless it\n\
+    # was edited, which this hash tells: ";
+
 /// The distance of the camera from the model's center, in half diagonals of its box: from there a
 /// vertical field of view of 40 degrees shows all of it.
 const CAMERA_DISTANCE: f64 = 3.0;
 
-/// Returns a scene at `out` with all parts of a model, each with its grid, as the model poses them.
-/// `jobs` are those of all parts, `posed` the parts that have a grid.
+/// Returns the path by which a scene at `out` names a model, as a TOML string.
+///
+/// # Errors
+///
+/// The path is not UTF-8, which TOML files are.
+pub(super) fn model_reference(model: &Path, out: &Path) -> anyhow::Result<String> {
+    let folder = out.parent().unwrap_or(Path::new(""));
+    let file = relative(model, folder)?;
+    let Some(file) = file.to_str() else {
+        bail!("the name is not UTF-8, and a scene file cannot hold it: rename it");
+    };
+    Ok(quoted(file))
+}
+
+/// Returns a scene with all parts of a model, each with its grid, as the model poses them. `file` is
+/// the model's path as a TOML string, `jobs` are those of all parts, `posed` the parts that have a grid.
 pub(super) fn scene(
-    model: &Path,
-    out: &Path,
+    file: &str,
     whole: &TriangleMesh,
     jobs: &[Job],
     posed: &[(&Job, PartMesh)],
 ) -> anyhow::Result<String> {
-    let folder = out.parent().unwrap_or(Path::new(""));
-    let file = relative(model, folder).with_context(|| model.display().to_string())?;
-    let file = quoted(&file.to_string_lossy());
-    let mut text = String::from("# The parts of a model, as it poses them.\n");
+    let mut text = String::new();
     camera(&mut text, whole);
     for (job, part) in posed {
         let name = job.part_name.as_deref().unwrap_or_default();
@@ -49,7 +63,21 @@ pub(super) fn scene(
         }
         text.push_str(&pose_keys(&part.pose));
     }
-    Ok(text)
+    Ok(format!("{HEADING}{}\n{text}", short_hash(text.as_bytes())))
+}
+
+/// Whether a scene file is as it was written.
+pub(super) fn is_unedited(bytes: &[u8]) -> bool {
+    let Some(rest) = bytes.strip_prefix(HEADING.as_bytes()) else {
+        return false;
+    };
+    let end = rest.iter().position(|byte| *byte == b'\n');
+    end.is_some_and(|end| rest[..end] == *short_hash(&rest[end + 1..]).as_bytes())
+}
+
+/// Returns as much of a text's hash as tells whether a person has changed it.
+fn short_hash(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex()[..16].to_owned()
 }
 
 fn camera(text: &mut String, whole: &TriangleMesh) {

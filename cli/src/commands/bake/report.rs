@@ -7,6 +7,7 @@ use aogrid_bake_core::mesh::MeshReport;
 use aogrid_grid_format::{BoundaryMode, Grid, GridSpec, Sampling};
 use serde::Serialize;
 
+use super::estimate;
 use super::jobs::Job;
 use crate::backend::Provenance;
 use crate::commands::info;
@@ -66,10 +67,21 @@ impl BackendReport {
     }
 }
 
+/// The box of a grid, and what its bake needs.
+pub(super) struct Plan {
+    pub spec: GridSpec,
+    /// Bytes at the peak.
+    pub memory: u64,
+    /// About the seconds on the CPU, where the resolution is known.
+    pub seconds: Option<f64>,
+}
+
 /// A fresh grid with all that its report says.
 pub(super) struct Baked {
     pub grid: Grid,
     pub report: MeshReport,
+    /// All that was warned of, without the title.
+    pub warnings: Vec<String>,
     pub backend: BackendReport,
     pub times: Times,
 }
@@ -84,7 +96,7 @@ pub(super) struct Outcome {
 struct OutcomeJson {
     #[serde(skip_serializing_if = "Option::is_none")]
     out: Option<PathBuf>,
-    /// `baked`, `up-to-date`, `dry-run` or `failed`.
+    /// `baked`, `up-to-date`, `cached` (written from the cache), `dry-run` or `failed`.
     state: &'static str,
     /// The model or part that failed, and the reason.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -98,6 +110,9 @@ struct OutcomeJson {
     /// An estimate of the memory that the bake would need at its peak.
     #[serde(skip_serializing_if = "Option::is_none")]
     memory_bytes: Option<u64>,
+    /// About the seconds that the bake would take on this machine's CPU.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seconds: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     kernel: Option<BackendReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -112,23 +127,40 @@ struct Failure {
 
 impl Outcome {
     pub(super) fn up_to_date(job: &Job, grid: &Grid) -> Self {
+        let line = format!("{} is up to date", job.out.display());
+        Self::not_baked(job, grid, "up-to-date", line)
+    }
+
+    pub(super) fn cached(job: &Job, grid: &Grid) -> Self {
+        let line = format!("{}: wrote {} from the cache", job.title, job.out.display());
+        Self::not_baked(job, grid, "cached", line)
+    }
+
+    fn not_baked(job: &Job, grid: &Grid, state: &'static str, line: String) -> Self {
         Self {
             json: OutcomeJson {
                 out: Some(job.out.clone()),
-                state: "up-to-date",
+                state,
                 failure: None,
                 mesh: None,
                 grid: Some(info::GridJson::new(grid)),
                 placement: None,
                 memory_bytes: None,
+                seconds: None,
                 kernel: None,
                 times: None,
             },
-            lines: vec![format!("{} is up to date", job.out.display())],
+            lines: vec![line],
         }
     }
 
-    pub(super) fn dry_run(job: &Job, report: &MeshReport, spec: &GridSpec, memory: u64) -> Self {
+    pub(super) fn dry_run(job: &Job, report: &MeshReport, plan: &Plan) -> Self {
+        let Plan {
+            spec,
+            memory,
+            seconds,
+        } = plan;
+        let time = seconds.map(|seconds| format!(" and {} on the CPU", estimate::shown(seconds)));
         Self {
             lines: vec![
                 format!("{}: {}", job.title, info::mesh_line(report)),
@@ -137,7 +169,11 @@ impl Outcome {
                     job.out.display(),
                     info::box_line(spec)
                 ),
-                format!("  would need about {} of memory", memory::shown(memory)),
+                format!(
+                    "  would need about {} of memory{}",
+                    memory::shown(*memory),
+                    time.unwrap_or_default()
+                ),
             ],
             json: OutcomeJson {
                 out: Some(job.out.clone()),
@@ -146,7 +182,8 @@ impl Outcome {
                 mesh: Some(info::MeshJson::new(report)),
                 grid: None,
                 placement: Some(info::BoxJson::new(spec)),
-                memory_bytes: Some(memory),
+                memory_bytes: Some(*memory),
+                seconds: *seconds,
                 kernel: None,
                 times: None,
             },
@@ -159,6 +196,7 @@ impl Outcome {
             report,
             backend,
             times,
+            warnings: _,
         } = baked;
         let bytes = grid.texels().len() as f64 / 1024.0;
         Self {
@@ -187,6 +225,7 @@ impl Outcome {
                 grid: Some(info::GridJson::new(&grid)),
                 placement: None,
                 memory_bytes: None,
+                seconds: None,
                 kernel: Some(backend),
                 times: Some(times),
             },
@@ -272,6 +311,7 @@ impl Outputs {
             grid: None,
             placement: None,
             memory_bytes: None,
+            seconds: None,
             kernel: None,
             times: None,
         });

@@ -96,6 +96,14 @@ pub(super) fn positive(text: &str) -> Result<f32, String> {
     }
 }
 
+/// Parses a share of the sphere.
+pub(super) fn share(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(v) if v > 0.0 && v <= 1.0 => Ok(v),
+        _ => Err("it must be a share of the sphere, above 0 and at most 1".into()),
+    }
+}
+
 pub(super) fn in_range(text: &str, range: RangeInclusive<u32>) -> Result<u32, String> {
     match text.parse() {
         Ok(n) if range.contains(&n) => Ok(n),

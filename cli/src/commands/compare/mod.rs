@@ -7,7 +7,6 @@ mod suite;
 
 use std::path::PathBuf;
 
-use anyhow::bail;
 use aogrid_scene::compare::ModeErrors;
 use aogrid_scene::shade::{Mode, Shaded, Target};
 use aogrid_scene::suite::Area;
@@ -16,6 +15,7 @@ use crate::commands::bake::use_threads;
 use crate::commands::render::{mode_parser, positive};
 use crate::console::Console;
 use crate::interrupt;
+use crate::usage::usage;
 
 /// Compare shading with the truth: in a scene, or in the accuracy suite
 ///
@@ -68,6 +68,9 @@ pub(crate) struct Args {
     /// Report as one JSON object on stdout
     #[arg(long)]
     json: bool,
+    /// Replace files that exist
+    #[arg(long)]
+    force: bool,
     /// Threads to work with [default: as many as there are processors]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -95,6 +98,6 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     match (&args.scene, args.out.as_slice()) {
         (Some(path), _) => scene::run(args, path, console),
         (None, out @ ([] | [_])) => suite::run(args, out.first().map(PathBuf::as_path), console),
-        (None, _) => bail!("the suite writes to one folder: give -o once"),
+        (None, _) => Err(usage("the suite writes to one folder: give -o once")),
     }
 }

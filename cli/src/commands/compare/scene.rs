@@ -13,6 +13,7 @@ use super::{Args, Compared, panels};
 use crate::commands::render::{load_environment, override_truth};
 use crate::console::Console;
 use crate::output;
+use crate::usage::usage;
 
 /// The report for a machine.
 #[derive(Serialize)]
@@ -38,8 +39,8 @@ pub(super) fn run(args: &Args, path: &Path, console: &Console) -> anyhow::Result
         .map(|out| Ok((out, kind(out)?)))
         .collect::<anyhow::Result<_>>()?;
     for (out, _) in &outputs {
-        output::check(out)?;
         output::check_not_input(out, path)?;
+        output::check_new(out, args.force)?;
     }
     let mut scene = load(path, LoadOptions::default())?;
     override_truth(&mut scene.truth, args.samples, args.error, args.seed);
@@ -107,7 +108,10 @@ fn kind(out: &Path) -> anyhow::Result<Kind> {
     match ending.to_str() {
         Some("png") => Ok(Kind::Panels),
         Some("csv") => Ok(Kind::Receivers),
-        _ => bail!("{}: panels end in .png, receivers in .csv", out.display()),
+        _ => Err(usage(format!(
+            "{}: panels end in .png, receivers in .csv",
+            out.display()
+        ))),
     }
 }
 

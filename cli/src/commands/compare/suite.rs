@@ -1,9 +1,9 @@
 //! The accuracy suite, occluder by occluder.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use aogrid_scene::suite::{
     self, Area, ROWS, Row, Subject, SubjectReport, SuiteOptions, Summary, Truth,
 };
@@ -12,6 +12,7 @@ use serde::Serialize;
 use super::Args;
 use crate::console::Console;
 use crate::output;
+use crate::usage::usage;
 
 /// The report for a machine.
 #[derive(Serialize)]
@@ -43,6 +44,7 @@ pub(super) fn run(args: &Args, out: Option<&Path>, console: &Console) -> anyhow:
     let subjects = subjects(&args.only)?;
     if let Some(folder) = out {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        check_files(folder, &subjects, args)?;
     }
     let stages = |name: &str| console.stage(name);
     let mut reports = vec![];
@@ -80,13 +82,26 @@ pub(super) fn run(args: &Args, out: Option<&Path>, console: &Console) -> anyhow:
     }
 }
 
+/// Checks that the report and the truths can be written; with `--resume` those that are there are to
+/// be replaced where they are of other options.
+fn check_files(folder: &Path, subjects: &[Subject], args: &Args) -> anyhow::Result<()> {
+    let truths = subjects.iter().map(|subject| truth_file(folder, subject));
+    truths
+        .chain([folder.join("suite.json")])
+        .try_for_each(|file| output::check_new(&file, args.force || args.resume))
+}
+
+fn truth_file(folder: &Path, subject: &Subject) -> PathBuf {
+    folder.join(format!("{}.csv", subject.name))
+}
+
 /// Returns the rows whose name contains one of some texts; all without texts.
 fn rows(texts: &[String]) -> anyhow::Result<Vec<Row>> {
     let chosen = |row: &Row| texts.is_empty() || texts.iter().any(|t| row.name.contains(t));
     let rows: Vec<_> = ROWS.into_iter().filter(chosen).collect();
     if rows.is_empty() {
         let names = ROWS.map(|row| format!("`{}`", row.name)).join(", ");
-        bail!("no row is named so; there are: {names}");
+        return Err(usage(format!("no row is named so; there are: {names}")));
     }
     Ok(rows)
 }
@@ -123,7 +138,7 @@ fn truth(
     options: &SuiteOptions,
     console: &Console,
 ) -> anyhow::Result<Truth> {
-    let file = out.map(|folder| folder.join(format!("{}.csv", subject.name)));
+    let file = out.map(|folder| truth_file(folder, subject));
     if let Some(file) = file.as_ref().filter(|file| args.resume && file.exists()) {
         let shown = || file.display().to_string();
         let text = fs::read_to_string(file).with_context(shown)?;

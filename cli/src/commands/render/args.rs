@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
-use anyhow::{bail, ensure};
 use aogrid_baker_gpu::AdapterSelector;
 use aogrid_scene::reference::ReferenceOptions;
 use aogrid_scene::shade::{self, Mode};
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+
+use crate::usage::{conflict, usage};
 
 /// Render a scene: a picture as PNG or EXR, or a list of receivers as CSV
 ///
@@ -54,6 +55,9 @@ pub(crate) struct Args {
     /// GPU to use, by a part of its name; see `aogrid adapters`
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
+    /// Replace files that exist
+    #[arg(long)]
+    pub force: bool,
     /// Threads to work with [default: as many as there are processors]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
@@ -94,24 +98,29 @@ impl Args {
         .into_iter()
         .find(|(known, _)| ending.eq_ignore_ascii_case(known));
         let Some((_, kind)) = kind else {
-            bail!("{shown}: a picture's name ends in .png or .exr, a list's in .csv");
+            return Err(usage(format!(
+                "{shown}: a picture's name ends in .png or .exr, a list's in .csv"
+            )));
         };
-        if kind == OutputKind::Csv && self.gbuffer.is_some() {
-            bail!("{shown}: a list of receivers has no G-buffer; leave out --gbuffer");
-        }
-        if self.backend == BackendArg::Gpu {
-            ensure!(
-                kind != OutputKind::Csv,
-                "{shown}: a GPU shades pictures only: leave out --backend gpu for a list"
-            );
-            ensure!(
-                self.mode.iter().any(|mode| mode.runs_on_gpu()),
-                "rays are traced on the CPU: leave out --backend gpu"
-            );
+        let is_on_gpu = self.backend == BackendArg::Gpu;
+        let wrong = match kind {
+            OutputKind::Csv if self.gbuffer.is_some() => {
+                Some("a list of receivers has no G-buffer; leave out --gbuffer")
+            }
+            OutputKind::Csv if is_on_gpu => {
+                Some("a GPU shades pictures only: leave out --backend gpu for a list")
+            }
+            _ if is_on_gpu && !self.mode.iter().any(|mode| mode.runs_on_gpu()) => {
+                Some("rays are traced on the CPU: leave out --backend gpu")
+            }
+            _ => None,
+        };
+        if let Some(wrong) = wrong {
+            return Err(usage(format!("{shown}: {wrong}")));
         }
         for (idx, mode) in self.mode.iter().enumerate() {
             if self.mode[..idx].iter().any(|m| m.name == mode.name) {
-                bail!("mode `{}` is named twice", mode.name);
+                return Err(usage(format!("mode `{}` is named twice", mode.name)));
             }
         }
         Ok(kind)
@@ -121,10 +130,7 @@ impl Args {
     pub(crate) fn gpu(&self) -> Result<Option<AdapterSelector>, clap::Error> {
         match (self.backend, &self.adapter) {
             (BackendArg::Cpu, None) => Ok(None),
-            (BackendArg::Cpu, Some(_)) => Err(clap::Error::raw(
-                clap::error::ErrorKind::ArgumentConflict,
-                "--adapter needs --backend gpu\n",
-            )),
+            (BackendArg::Cpu, Some(_)) => Err(conflict("--adapter needs --backend gpu")),
             (BackendArg::Gpu, None) => Ok(Some(AdapterSelector::Real)),
             (BackendArg::Gpu, Some(name)) => Ok(Some(AdapterSelector::Named(name.clone()))),
         }

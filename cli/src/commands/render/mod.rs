@@ -18,17 +18,17 @@ use crate::{interrupt, output as files};
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let kind = args.kind()?;
-    files::check(&args.out)?;
+    files::check_new(&args.out, args.force)?;
     files::check_not_input(&args.out, &args.scene)?;
     if let Some(dump) = &args.gbuffer {
-        files::check(dump)?;
+        files::check_new(dump, args.force)?;
         ensure!(
             *dump != args.out,
             "{}: the picture goes there; name another file for the G-buffer",
             dump.display()
         );
     }
-    let gpu = match args.gpu().unwrap_or_else(|usage| usage.exit()) {
+    let gpu = match args.gpu()? {
         Some(choice) => Some(Context::new(&choice)?),
         None => None,
     };

@@ -33,6 +33,9 @@ pub(crate) struct Args {
     /// lies beside the grid]
     #[arg(long, value_name = "MODEL")]
     mesh: Option<PathBuf>,
+    /// Replace files that exist
+    #[arg(long)]
+    force: bool,
 }
 
 /// The examples at the end of `slices --help`.
@@ -43,11 +46,11 @@ Examples:
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let grid = read_grid(&args.file)?;
-    output::check(&args.out)?;
     output::check_not_input(&args.out, &args.file)?;
     if let Some(mesh) = &args.mesh {
         output::check_not_input(&args.out, mesh)?;
     }
+    output::check_new(&args.out, args.force)?;
     let model = match find_mesh(args, &grid, console)? {
         Some(mesh) => {
             let cells = inside::classify(&grid, &mesh, console)
@@ -102,7 +105,14 @@ fn find_mesh(args: &Args, grid: &Grid, console: &Console) -> anyhow::Result<Opti
         ));
     }
     let Some(part) = &source.part else {
-        return Ok(Some(loaded.mesh));
+        let without = &grid.record().without;
+        return match without.is_empty() {
+            true => Ok(Some(loaded.mesh)),
+            false => {
+                let mesh = loaded.mesh.without(without);
+                Ok(Some(mesh.with_context(|| path.display().to_string())?))
+            }
+        };
     };
     match loaded.mesh.parts().iter().position(|p| p.name == *part) {
         Some(idx) => Ok(Some(Arc::unwrap_or_clone(loaded.part(idx)?.mesh))),

@@ -6,6 +6,7 @@ use aogrid_runtime::{
     EnvironmentFrame, EnvironmentPass, EnvironmentPassDescriptor, EnvironmentTexture, Output,
     Reflection, wgpu,
 };
+use glam::DVec3;
 use wgpu::{TextureFormat, TextureUsages};
 
 use super::super::casters::GridShading;
@@ -104,7 +105,10 @@ impl Picture<'_> {
         let camera = self.input.scene.camera.as_ref();
         let frame = EnvironmentFrame {
             gbuffer: self.gbuffer()?,
-            eye: eye(camera.ok_or_else(|| SceneError::new("a picture needs a camera"))?),
+            eye: eye(
+                camera.ok_or_else(|| SceneError::new("a picture needs a camera"))?,
+                self.input.target.origin,
+            ),
             lobe_half_angle: 0.0,
             environment: environment_light.environment,
             map: &EnvironmentTexture::new(device, queue, &environment_light.map, "environment"),
@@ -190,10 +194,11 @@ fn stencil_equals_reference() -> wgpu::DepthStencilState {
     }
 }
 
-/// Returns the viewer in homogeneous coordinates: a position and 1, or a direction and 0.
-fn eye(camera: &Camera) -> [f32; 4] {
+/// Returns the viewer in homogeneous coordinates: a position relative to `origin` and 1, or a direction
+/// and 0.
+fn eye(camera: &Camera, origin: [f64; 3]) -> [f32; 4] {
     let eye = match camera.projection {
-        Projection::Perspective { .. } => camera.position.extend(1.0),
+        Projection::Perspective { .. } => (camera.position - DVec3::from(origin)).extend(1.0),
         Projection::Orthographic { .. } => (-camera.forward).extend(0.0),
     };
     eye.as_vec4().to_array()

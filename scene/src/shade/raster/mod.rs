@@ -11,10 +11,11 @@ use aogrid_runtime::{
     Frame, GBufferFormat, GBufferViews, GridTexture, Instance, MergePass, MergePassDescriptor,
     Mode, Normals, OcclusionPass, OcclusionPassDescriptor, Output, Positions, Receivers, wgpu,
 };
+use glam::DMat4;
 use wgpu::{TextureFormat, TextureUsages};
 
 use self::textures::{Views, cleared_attachment, create_texture, read_back};
-use super::casters::{Caster, GridShading, casters, describe, runtime_instance};
+use super::casters::{Caster, GridShading, casters, describe};
 use super::light::with_light;
 use super::{Gpu, ShadeInput, Shaded};
 use crate::error::{Context, Result, SceneError, bail, ensure};
@@ -183,8 +184,9 @@ impl<'a> Picture<'a> {
         let camera = self.input.scene.camera.as_ref();
         let camera = camera.ok_or_else(|| SceneError::new("a picture needs a camera"))?;
         let [near, far] = CLIP_RANGE;
-        let clip_from_world = camera.clip_from_world(near, far).as_mat4();
-        Ok(clip_from_world.to_cols_array_2d())
+        let world_from_relative = DMat4::from_translation(self.input.target.origin.into());
+        let clip_from_world = camera.clip_from_world(near, far) * world_from_relative;
+        Ok(clip_from_world.as_mat4().to_cols_array_2d())
     }
 
     /// Returns the widest format that the device can blend into.
@@ -216,7 +218,7 @@ fn occluders(
                 entry.insert(GridTexture::new(device, queue, &caster.grid, label)?)
             }
         };
-        let mut instance = runtime_instance(caster.instance);
+        let mut instance = caster.posed;
         let excludes = &caster.instance.excludes;
         ensure!(
             excludes.len() <= instance.excluded.len(),

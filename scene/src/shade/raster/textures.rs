@@ -29,9 +29,10 @@ impl Views {
         for (idx, &pixel) in pixels.iter().enumerate() {
             let receiver = &input.target.receivers[idx];
             let id = input.target.ids[idx];
-            let xyz0 = |[x, y, z]: [f64; 3]| [x as f32, y as f32, z as f32, 0.0];
-            positions[pixel] = xyz0(receiver.position);
-            normals[pixel] = xyz0(receiver.normal);
+            let xyz0 = |[x, y, z]: [f32; 3]| [x, y, z, 0.0];
+            let [position, normal] = input.target.singles(receiver);
+            positions[pixel] = xyz0(position);
+            normals[pixel] = xyz0(normal);
             receivers[pixel] = [id, input.instances.layers(id)];
         }
         let view = |label, format, texels: &[u8]| {

@@ -34,6 +34,9 @@ pub(crate) struct Args {
     /// Write NPY arrays, EXR images with named channels and PNG heat maps into this folder
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Replace files of that folder
+    #[arg(long, requires = "out")]
+    force: bool,
 }
 
 /// The examples at the end of `tables --help`.
@@ -46,8 +49,26 @@ Examples:
 /// The folder of the committed tables in the tables crate.
 const GENERATED_FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tables/src/generated");
 
+/// The files that `--out` writes.
+const ANALYSIS_FILES: [&str; 6] = [
+    "t_clip.npy",
+    "t_merge.npy",
+    "t_clip.exr",
+    "t_merge.exr",
+    "t_clip.png",
+    "t_merge.png",
+];
+
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     interrupt::listen();
+    if let Some(folder) = &args.out {
+        fs::create_dir_all(folder)
+            .with_context(|| format!("{}: cannot create it", folder.display()))?;
+        let files = ANALYSIS_FILES.iter().map(|name| folder.join(name));
+        for file in files {
+            output::check_new(&file, args.force)?;
+        }
+    }
     let (clip, merge) = generate(console)?;
     let files = generated_files(&clip, &merge);
     if args.check {
@@ -140,16 +161,22 @@ fn write_for_analysis(
     merge: &MergeTable,
     console: &Console,
 ) -> anyhow::Result<()> {
-    let shown = || format!("{}: cannot create it", folder.display());
-    fs::create_dir_all(folder).with_context(shown)?;
+    let [
+        clip_npy,
+        merge_npy,
+        clip_exr,
+        merge_exr,
+        clip_png,
+        merge_png,
+    ] = ANALYSIS_FILES.map(|name| folder.join(name));
     let (shape, values) = clip.node_array();
-    npy::write(&folder.join("t_clip.npy"), &shape, values)?;
+    npy::write(&clip_npy, &shape, values)?;
     let (shape, values) = merge.node_array();
-    npy::write(&folder.join("t_merge.npy"), &shape, values)?;
-    output::write(&folder.join("t_clip.exr"), &files::clip_exr(clip)?)?;
-    output::write(&folder.join("t_merge.exr"), &files::merge_exr(merge)?)?;
-    output::write(&folder.join("t_clip.png"), &heat_map::clip(clip)?)?;
-    output::write(&folder.join("t_merge.png"), &heat_map::merge(merge)?)?;
+    npy::write(&merge_npy, &shape, values)?;
+    output::write(&clip_exr, &files::clip_exr(clip)?)?;
+    output::write(&merge_exr, &files::merge_exr(merge)?)?;
+    output::write(&clip_png, &heat_map::clip(clip)?)?;
+    output::write(&merge_png, &heat_map::merge(merge)?)?;
     console.note(&format!(
         "wrote t_clip and t_merge as .npy, .exr and .png into {}",
         folder.display()

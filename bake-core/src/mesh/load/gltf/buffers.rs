@@ -11,8 +11,8 @@ use crate::mesh::Resolver;
 #[derive(Clone, Debug)]
 pub(super) struct Buffer {
     pub bytes: Vec<u8>,
-    /// Whether the bytes come from another file.
-    pub is_external: bool,
+    /// The path of the other file that the bytes come from, relative to that of the model.
+    pub path: Option<String>,
 }
 
 /// Reads all buffers of a file; `chunk` is the binary part of a GLB file.
@@ -26,33 +26,33 @@ pub(super) fn read(
             buffer: idx,
             reason,
         };
-        let (bytes, is_external) = match &buffer.uri {
+        let (bytes, path) = match &buffer.uri {
             None => match chunk.filter(|_| idx == 0) {
-                Some(chunk) => (chunk.to_vec(), false),
+                Some(chunk) => (chunk.to_vec(), None),
                 // An extension's data; what uses it reaches beyond it.
                 None => {
                     return Ok(Buffer {
                         bytes: vec![],
-                        is_external: false,
+                        path: None,
                     });
                 }
             },
             Some(uri) => match uri.strip_prefix("data:") {
-                Some(data) => (decode_data(data).map_err(fault)?, false),
+                Some(data) => (decode_data(data).map_err(fault)?, None),
                 None => {
                     let path = relative_path(uri).map_err(fault)?;
                     let bytes = resolver(&path).map_err(|source| GltfError::External {
                         buffer: idx,
-                        path,
+                        path: path.clone(),
                         source,
                     })?;
-                    (bytes, true)
+                    (bytes, Some(path))
                 }
             },
         };
         let needed = buffer.byte_length.0;
         match bytes.len() as u64 >= needed {
-            true => Ok(Buffer { bytes, is_external }),
+            true => Ok(Buffer { bytes, path }),
             false => Err(fault(format!("it has {} bytes, not {needed}", bytes.len()))),
         }
     };

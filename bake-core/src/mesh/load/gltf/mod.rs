@@ -137,10 +137,16 @@ impl GltfFile {
         })
     }
 
-    /// Returns the contents of the files that were read beside this one.
-    pub(super) fn external(&self) -> impl Iterator<Item = &[u8]> {
-        let external = self.buffers.iter().filter(|buffer| buffer.is_external);
-        external.map(|buffer| &buffer.bytes[..])
+    /// Returns the paths, relative to this file's folder, and the contents of the files that were read
+    /// beside it.
+    pub(super) fn external(&self) -> impl Iterator<Item = (&str, &[u8])> {
+        let external = self.buffers.iter().filter(|buffer| buffer.path.is_some());
+        external.map(|buffer| {
+            (
+                buffer.path.as_deref().unwrap_or_default(),
+                &buffer.bytes[..],
+            )
+        })
     }
 
     pub(super) fn parse(&self) -> Result<Parsed, GltfError> {
