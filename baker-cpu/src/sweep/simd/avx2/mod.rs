@@ -1,14 +1,23 @@
-//! The AVX2 level: x86-64 with registers of 32 bytes.
+//! The AVX2 level: x86-64 with registers of 32 bytes; eight vertices, edges or directions at once.
 
 #![allow(
     unsafe_code,
     reason = "the value of the SIMD level proves that the CPU has these instructions"
 )]
 
+mod compress;
+mod crossings;
+mod ranks;
+mod summation;
+
 use std::arch::x86_64::*;
+use std::mem::transmute;
 
 use super::{RegisterLookup, Simd, SimdKernel};
-use crate::sweep::data::{BlockTexels, COLUMN, Mask, RowMoments};
+use crate::sweep::data::{
+    Batch, BlockTexels, COLUMN, DeltaBuffer, EdgeBuffer, Levels, Mask, RowMoments,
+};
+use summation::Lookup;
 
 /// A proof that the machine has AVX2 and the extensions before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,7 +52,7 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn accumulate(self, lookup: &Lookup, masks: &[Mask], moments: RowMoments<'_>) {
         // SAFETY: a value of `Avx2` exists only on machines that have it.
-        unsafe { accumulate(lookup, masks, moments) }
+        unsafe { summation::accumulate(lookup, masks, moments) }
     }
 
     #[inline(always)]
@@ -51,13 +60,25 @@ impl Simd for Avx2 {
         // SAFETY: a value of `Avx2` exists only on machines that have it.
         unsafe { narrow_masks(counters, masks) }
     }
+
+    #[inline(always)]
+    fn ranks(self, levels: &Levels, v: &[f32], w: &[f32], ranks: &mut [i32]) {
+        // SAFETY: a value of `Avx2` exists only on machines that have it.
+        unsafe { ranks::fill_ranks(levels, v, w, ranks) }
+    }
+
+    #[inline(always)]
+    fn count(self, batch: &Batch<'_>, edges: &EdgeBuffer, unit: i8, deltas: &mut DeltaBuffer) {
+        // SAFETY: a value of `Avx2` exists only on machines that have it.
+        unsafe { crossings::count(batch, edges, unit, deltas) }
+    }
 }
 
 #[target_feature(enable = "avx2")]
 #[inline]
 fn load(bytes: &[i8; COLUMN]) -> __m256i {
-    // SAFETY: a column is 32 bytes, and need not be aligned.
-    unsafe { _mm256_loadu_si256(bytes.as_ptr().cast()) }
+    // SAFETY: both are 32 bytes.
+    unsafe { transmute::<[i8; COLUMN], __m256i>(*bytes) }
 }
 
 #[target_feature(enable = "avx2")]
@@ -85,63 +106,52 @@ fn narrow_masks(counters: &[i8], masks: &mut [Mask]) -> bool {
 /// The number of 32-bit lanes in a register.
 const LANES: usize = 8;
 
-/// The number of bits that select a lane.
-const INDEX_BITS: usize = LANES.ilog2() as usize;
-type Lookup = RegisterLookup<LANES, { (Mask::BITS as usize).div_ceil(INDEX_BITS) }>;
-
+/// Loads by value: the intrinsics for unaligned memory check pointers in builds with assertions.
 #[target_feature(enable = "avx2")]
 #[inline]
-fn load_ints(from: &[i32; LANES]) -> __m256i {
-    // SAFETY: eight numbers are 32 bytes, and need not be aligned.
-    unsafe { _mm256_loadu_si256(from.as_ptr().cast()) }
+fn floats(from: &[f32; LANES]) -> __m256 {
+    // SAFETY: both are eight floats.
+    unsafe { transmute::<[f32; LANES], __m256>(*from) }
 }
 
-/// Adds eight numbers to others.
 #[target_feature(enable = "avx2")]
 #[inline]
-fn add_to(moments: &mut [i32; LANES], addend: __m256i) {
-    let sum = _mm256_add_epi32(load_ints(moments), addend);
-    // SAFETY: as `load_ints`.
-    unsafe { _mm256_storeu_si256(moments.as_mut_ptr().cast(), sum) }
+fn ints(from: &[i32; LANES]) -> __m256i {
+    // SAFETY: both are 32 bytes, of which every value is valid.
+    unsafe { transmute::<[i32; LANES], __m256i>(*from) }
 }
 
-/// Adds as [`MaskLookup::accumulate`](crate::sweep::simd::portable::summation::MaskLookup),
-/// eight cells at a time. The bits of their masks select entries of tables in registers.
 #[target_feature(enable = "avx2")]
 #[inline]
-fn accumulate(lookup: &Lookup, masks: &[Mask], moments: RowMoments<'_>) {
-    let mut moments = moments
-        .0
-        .map(|moments| moments.as_chunks_mut::<LANES>().0.iter_mut());
-    for masks in masks.as_chunks::<LANES>().0 {
-        let [counts, moment_rows @ ..] = moments
-            .each_mut()
-            .map(|moments| moments.next().expect("one value per mask"));
-        let mut bits_left = load_ints(&masks.map(u32::cast_signed));
-        add_to(counts, count_ones(bits_left));
-        let mut addend = [_mm256_setzero_si256(); 4];
-        for part in &lookup.0 {
-            for (addend, table) in addend.iter_mut().zip(part) {
-                let selected = _mm256_permutevar8x32_epi32(load_ints(table), bits_left);
-                *addend = _mm256_add_epi32(*addend, selected);
-            }
-            bits_left = _mm256_srli_epi32::<{ INDEX_BITS as i32 }>(bits_left);
-        }
-        for (moments, addend) in moment_rows.into_iter().zip(addend) {
-            add_to(moments, addend);
-        }
-    }
+fn unsigned(from: &[u32; LANES]) -> __m256i {
+    // SAFETY: as `ints`.
+    unsafe { transmute::<[u32; LANES], __m256i>(*from) }
 }
 
-/// Returns the number of set bits in each of eight numbers.
 #[target_feature(enable = "avx2")]
 #[inline]
-fn count_ones(x: __m256i) -> __m256i {
-    let ones = _mm_setr_epi8(0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4);
-    let ones = _mm256_broadcastsi128_si256(ones);
-    let low = _mm256_set1_epi8(0xf);
-    let [a, b] = [x, _mm256_srli_epi32::<4>(x)].map(|x| _mm256_and_si256(x, low));
-    let bytes = _mm256_add_epi8(_mm256_shuffle_epi8(ones, a), _mm256_shuffle_epi8(ones, b));
-    let pairs = _mm256_maddubs_epi16(bytes, _mm256_set1_epi8(1));
-    _mm256_madd_epi16(pairs, _mm256_set1_epi16(1))
+fn int_array(from: __m256i) -> [i32; LANES] {
+    // SAFETY: as `ints`.
+    unsafe { transmute::<__m256i, [i32; LANES]>(from) }
+}
+
+#[target_feature(enable = "avx2")]
+#[inline]
+fn unsigned_array(from: __m256i) -> [u32; LANES] {
+    // SAFETY: as `ints`.
+    unsafe { transmute::<__m256i, [u32; LANES]>(from) }
+}
+
+/// Computes [`Levels::q`]: a product and a difference, not fused.
+#[target_feature(enable = "avx2")]
+#[inline]
+fn q(levels: &Levels, v: __m256, w: __m256) -> __m256 {
+    _mm256_sub_ps(v, _mm256_mul_ps(_mm256_set1_ps(levels.slope), w))
+}
+
+/// Returns a bit for each lane that is set in a mask.
+#[target_feature(enable = "avx2")]
+#[inline]
+fn lane_bits(mask: __m256i) -> u32 {
+    _mm256_movemask_ps(_mm256_castsi256_ps(mask)).cast_unsigned()
 }
