@@ -7,6 +7,7 @@
 
 mod compress;
 mod crossings;
+mod find;
 mod ranks;
 mod summation;
 
@@ -15,7 +16,7 @@ use std::mem::transmute;
 
 use super::{RegisterLookup, Simd, SimdKernel};
 use crate::sweep::data::{
-    Batch, BlockTexels, COLUMN, DeltaBuffer, EdgeBuffer, Levels, Mask, RowMoments,
+    Batch, BlockTexels, COLUMN, DeltaBuffer, EdgeBuffer, Levels, Mask, RowMoments, SilhouetteSearch,
 };
 use summation::Lookup;
 
@@ -65,6 +66,12 @@ impl Simd for Avx2 {
     fn ranks(self, levels: &Levels, v: &[f32], w: &[f32], ranks: &mut [i32]) {
         // SAFETY: a value of `Avx2` exists only on machines that have it.
         unsafe { ranks::fill_ranks(levels, v, w, ranks) }
+    }
+
+    #[inline(always)]
+    fn find_silhouettes(self, search: SilhouetteSearch<'_>) {
+        // SAFETY: a value of `Avx2` exists only on machines that have it.
+        unsafe { find::find(search) }
     }
 
     #[inline(always)]
@@ -128,6 +135,21 @@ fn unsigned(from: &[u32; LANES]) -> __m256i {
     unsafe { transmute::<[u32; LANES], __m256i>(*from) }
 }
 
+/// Loads the half of a register.
+#[target_feature(enable = "avx2")]
+#[inline]
+fn four(from: &[u32; 4]) -> __m128i {
+    // SAFETY: both are 16 bytes, of which every value is valid.
+    unsafe { transmute::<[u32; 4], __m128i>(*from) }
+}
+
+#[target_feature(enable = "avx2")]
+#[inline]
+fn four_floats(from: &[f32; 4]) -> __m128i {
+    // SAFETY: as `four`.
+    unsafe { transmute::<[f32; 4], __m128i>(*from) }
+}
+
 #[target_feature(enable = "avx2")]
 #[inline]
 fn int_array(from: __m256i) -> [i32; LANES] {
@@ -154,4 +176,11 @@ fn q(levels: &Levels, v: __m256, w: __m256) -> __m256 {
 #[inline]
 fn lane_bits(mask: __m256i) -> u32 {
     _mm256_movemask_ps(_mm256_castsi256_ps(mask)).cast_unsigned()
+}
+
+/// Prefetches a value that is read soon.
+#[inline(always)]
+pub(super) fn prefetch<T>(value: &T) {
+    // SAFETY: a prefetch affects timing only, and SSE is part of x86-64.
+    unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(value).cast()) }
 }

@@ -7,10 +7,12 @@
 )]
 
 use std::arch::x86_64::*;
+use std::mem::transmute;
 
 use aogrid_bake_core::sweep::LANES;
 
-use super::{append_facings, append_pairs, load_pairs, prefetch, unsigned};
+use super::super::avx2::prefetch;
+use super::{append_facings, append_pairs, load_pairs, unsigned};
 use crate::sweep::data::{SilhouetteList, SilhouetteSearch, TriangleFacing};
 
 /// Searches as [`silhouettes::find`](crate::sweep::simd::portable::silhouettes::find): silhouettes
@@ -48,8 +50,8 @@ const PREFETCH_DISTANCE: usize = 24;
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,popcnt,bmi1,bmi2")]
 #[inline]
 fn oriented(facings: &TriangleFacing, reversed: bool) -> __m128i {
-    // SAFETY: a facing is a byte for which every value is valid; sixteen need not be aligned.
-    let facings = unsafe { _mm_loadu_si128(facings.as_ptr().cast()) };
+    // SAFETY: both are 16 bytes, of which every value is valid.
+    let facings = unsafe { transmute::<TriangleFacing, __m128i>(*facings) };
     let sign = if reversed { i8::MIN } else { 0 };
     _mm_xor_si128(facings, _mm_set1_epi8(sign))
 }
@@ -75,8 +77,8 @@ impl SilhouetteBuffer {
         self.rows[n] = u32::from(rows);
         let halves = [_mm_unpacklo_epi8(one, other), _mm_unpackhi_epi8(one, other)];
         for (half, facings) in halves.iter().zip(self.facings[n].as_chunks_mut::<4>().0) {
-            // SAFETY: four numbers are 16 bytes; they need not be aligned.
-            unsafe { _mm_storeu_si128(facings.as_mut_ptr().cast(), *half) }
+            // SAFETY: both are 16 bytes, of which every value is valid.
+            *facings = unsafe { transmute::<__m128i, [u32; 4]>(*half) };
         }
         self.n += usize::from(rows != 0);
     }

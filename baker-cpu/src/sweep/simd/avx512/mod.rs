@@ -11,6 +11,7 @@ mod find;
 mod summation;
 
 use std::arch::x86_64::*;
+use std::mem::{transmute, transmute_copy};
 
 use aogrid_bake_core::sweep::LANES;
 
@@ -97,25 +98,26 @@ impl Avx512 {
 const DOWN: i32 = _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC;
 const UP: i32 = _MM_FROUND_TO_POS_INF | _MM_FROUND_NO_EXC;
 
+/// Loads by value: the intrinsics for unaligned memory check pointers in builds with assertions.
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
 fn floats(from: &[f32; LANES]) -> __m512 {
-    // SAFETY: sixteen floats are 64 bytes; they need not be aligned.
-    unsafe { _mm512_loadu_ps(from.as_ptr()) }
+    // SAFETY: both are sixteen floats.
+    unsafe { transmute::<[f32; LANES], __m512>(*from) }
 }
 
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
 fn ints(from: &[i32; LANES]) -> __m512i {
-    // SAFETY: as `floats`.
-    unsafe { _mm512_loadu_si512(from.as_ptr().cast()) }
+    // SAFETY: both are 64 bytes, of which every value is valid.
+    unsafe { transmute::<[i32; LANES], __m512i>(*from) }
 }
 
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
 fn unsigned(from: &[u32; LANES]) -> __m512i {
-    // SAFETY: as `floats`.
-    unsafe { _mm512_loadu_si512(from.as_ptr().cast()) }
+    // SAFETY: as `ints`.
+    unsafe { transmute::<[u32; LANES], __m512i>(*from) }
 }
 
 /// Appends the selected ones of sixteen pairs.
@@ -153,15 +155,15 @@ fn append_facings(selected: __mmask16, from: __m512i, to: &mut Vec<EdgeFacing>) 
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
 fn store<T: Scalar32>(from: __m512i, to: &mut [T; LANES]) {
-    // SAFETY: sixteen numbers of four bytes are 64 bytes; they need not be aligned.
-    unsafe { _mm512_storeu_si512(to.as_mut_ptr().cast(), from) }
+    // SAFETY: sixteen numbers of four bytes are 64 bytes, of which every value is valid.
+    *to = unsafe { transmute_copy::<__m512i, [T; LANES]>(&from) };
 }
 
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
 fn load_facings(from: &[EdgeFacing; LANES]) -> __m512i {
-    // SAFETY: sixteen numbers of two bytes are 32 bytes; they need not be aligned.
-    unsafe { _mm512_cvtepu16_epi32(_mm256_loadu_si256(from.as_ptr().cast())) }
+    // SAFETY: both are 32 bytes, of which every value is valid.
+    _mm512_cvtepu16_epi32(unsafe { transmute::<[EdgeFacing; LANES], __m256i>(*from) })
 }
 
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
@@ -194,17 +196,10 @@ fn int_array(from: __m512i) -> LaneArray<u32> {
 }
 
 /// A four-byte type for which every bit pattern is valid.
-trait Scalar32 {}
+trait Scalar32: Copy {}
 impl Scalar32 for u32 {}
 impl Scalar32 for i32 {}
 impl Scalar32 for f32 {}
-
-/// Prefetches a value that is read soon.
-#[inline(always)]
-fn prefetch<T>(value: &T) {
-    // SAFETY: a prefetch affects timing only, and SSE is part of x86-64.
-    unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(value).cast()) }
-}
 
 /// Returns the part of each lane's delta that does not depend on its column.
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
@@ -355,6 +350,6 @@ fn store_compressed_facings<const N: usize>(
     let slots = to[at..].first_chunk_mut::<LANES>();
     let slots: &mut [EdgeFacing; LANES] = slots.expect("sixteen slots are free");
     let from = _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32(selected, from));
-    // SAFETY: sixteen numbers of two bytes are 32 bytes; they need not be aligned.
-    unsafe { _mm256_storeu_si256(slots.as_mut_ptr().cast(), from) }
+    // SAFETY: both are 32 bytes, of which every value is valid.
+    *slots = unsafe { transmute::<__m256i, [EdgeFacing; LANES]>(from) };
 }

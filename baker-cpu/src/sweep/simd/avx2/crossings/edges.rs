@@ -6,7 +6,7 @@ use aogrid_bake_core::sweep;
 
 use super::listed;
 use crate::sweep::data::{Batch, EdgeBuffer, MAX_COLUMN_ERROR};
-use crate::sweep::simd::avx2::{LANES, ints, lane_bits, q, unsigned};
+use crate::sweep::simd::avx2::{LANES, four_floats, ints, lane_bits, prefetch, q, unsigned};
 
 /// Eight [ends](crate::sweep::data::End) of edges.
 struct End {
@@ -16,16 +16,15 @@ struct End {
     w: __m256,
 }
 
-/// Returns the first four numbers of eight records, number by number.
+/// Returns the numbers of eight records, number by number.
 #[target_feature(enable = "avx2")]
 #[inline]
-pub(super) fn transposed(records: &[[u32; 4]; LANES]) -> [__m256i; 4] {
-    let pair = |low: usize, high: usize| {
-        let [a, b, c, d] = records[low];
-        let [e, f, g, h] = records[high];
-        _mm256_castsi256_ps(unsigned(&[a, b, c, d, e, f, g, h]))
-    };
-    let (r0, r1, r2, r3) = (pair(0, 4), pair(1, 5), pair(2, 6), pair(3, 7));
+pub(super) fn transposed(records: [__m128i; LANES]) -> [__m256i; 4] {
+    let [a, b, c, d, e, f, g, h] = records;
+    let r0 = _mm256_castsi256_ps(_mm256_set_m128i(e, a));
+    let r1 = _mm256_castsi256_ps(_mm256_set_m128i(f, b));
+    let r2 = _mm256_castsi256_ps(_mm256_set_m128i(g, c));
+    let r3 = _mm256_castsi256_ps(_mm256_set_m128i(h, d));
     let (low01, high01) = (_mm256_unpacklo_ps(r0, r1), _mm256_unpackhi_ps(r0, r1));
     let (low23, high23) = (_mm256_unpacklo_ps(r2, r3), _mm256_unpackhi_ps(r2, r3));
     [
@@ -47,13 +46,15 @@ impl End {
     #[target_feature(enable = "avx2")]
     #[inline]
     fn new(batch: &Batch<'_>, edges: &EdgeBuffer, end: usize, first: usize) -> Self {
-        let mut records = [[0; 4]; LANES];
+        let positions = batch.positions.as_flattened();
+        let mut records = [_mm_setzero_si128(); LANES];
         for (lane, record) in records.iter_mut().enumerate() {
             let vertex = edges.vertices[end][edge(edges, first, lane)];
-            let [x, y, z] = batch.positions[vertex as usize];
-            *record = [x.to_bits(), y.to_bits(), z.to_bits(), 0];
+            let coordinates = positions[3 * vertex as usize..].first_chunk();
+            // The fourth number belongs to the next vertex; one more follows the last.
+            *record = four_floats(coordinates.expect("a position follows that of each vertex"));
         }
-        let coordinates = transposed(&records);
+        let coordinates = transposed(records);
         let [u, v, w] = batch.frame.axes;
         Self {
             rank: ints(lanes_at(&edges.ranks[end], first)),
@@ -125,13 +126,28 @@ impl Lines {
     }
 }
 
+/// The number of edges between the present ones and those whose positions are prefetched, to hide the
+/// latency of memory.
+const PREFETCH_DISTANCE: usize = 3 * LANES;
+
+/// Prefetches the positions of later edges.
+#[inline(always)]
+pub(super) fn prefetch_positions(batch: &Batch<'_>, edges: &EdgeBuffer, first: usize) {
+    for vertices in &edges.vertices {
+        for lane in 0..LANES {
+            let vertex = vertices[edge(edges, first + PREFETCH_DISTANCE, lane)];
+            prefetch(&batch.positions[vertex as usize]);
+        }
+    }
+}
+
 /// The [`LaneDeltas`](crate::sweep::data::LaneDeltas) of eight edges in one block, and the part of
 /// them that is taken at a time: up to eight neighboring lanes of one sign.
 pub(super) struct Directions {
     active: __m256i,
     negative: __m256i,
-    /// Set for edges that have lanes in the present part.
-    pub taken: __m256i,
+    /// A bit for each edge that has lanes in the present part.
+    pub taken: u32,
 }
 
 impl Directions {
@@ -155,7 +171,7 @@ impl Directions {
         let mut all = Self {
             active,
             negative: _mm256_xor_si256(one, down),
-            taken: active,
+            taken: 0,
         };
         all.advance();
         all
@@ -166,8 +182,8 @@ impl Directions {
     #[inline]
     pub(super) fn advance(&mut self) -> bool {
         let none = _mm256_cmpeq_epi32(self.active, _mm256_setzero_si256());
-        self.taken = _mm256_andnot_si256(none, _mm256_set1_epi32(-1));
-        lane_bits(self.taken) != 0
+        self.taken = !lane_bits(none) & 0xff;
+        self.taken != 0
     }
 
     /// Takes the next lanes of each edge: from its lowest active lane on, those of the same sign.

@@ -11,11 +11,11 @@ mod listed;
 use std::arch::x86_64::*;
 
 use super::compress::Selected;
-use super::{LANES, int_array, lane_bits};
+use super::{LANES, four, int_array, lane_bits};
 use crate::sweep::data::{
     Batch, DeltaBuffer, EdgeBuffer, FRACTION_BITS, FRACTIONS, Layout, Levels,
 };
-use edges::{Directions, Lines, transposed};
+use edges::{Directions, Lines, prefetch_positions, transposed};
 use listed::Crossings;
 
 /// The level tables, an entry for each fraction: its value, k, the first row and the first j.
@@ -37,12 +37,11 @@ impl LevelTable {
     #[target_feature(enable = "avx2")]
     #[inline]
     fn entries(&self, s: __m256i) -> [__m256i; 4] {
-        let s = int_array(s);
-        let mut entries = [[0; 4]; LANES];
-        for (entry, s) in entries.iter_mut().zip(s) {
-            *entry = self.0[s as usize & (FRACTIONS - 1)];
+        let mut entries = [_mm_setzero_si128(); LANES];
+        for (entry, s) in entries.iter_mut().zip(int_array(s)) {
+            *entry = four(&self.0[s as usize & (FRACTIONS - 1)]);
         }
-        transposed(&entries)
+        transposed(entries)
     }
 }
 
@@ -53,6 +52,7 @@ pub(super) fn count(batch: &Batch<'_>, edges: &EdgeBuffer, unit: i8, deltas: &mu
     let mut found = Crossings::new();
     for block in 0..batch.slopes.len() {
         for first in (0..edges.n).step_by(LANES) {
+            prefetch_positions(batch, edges, first);
             let lines = Lines::new(batch, edges, first);
             let mut directions = Directions::new(&lines, batch, edges, first, block);
             // Nearly all edges have one run of at most eight directions of one sign.
@@ -94,7 +94,8 @@ struct Step<'a> {
 /// The levels of eight edges, and which of them have not passed their last.
 struct Position {
     level: __m256i,
-    alive: __m256i,
+    /// A bit for each edge.
+    alive: u32,
 }
 
 impl Step<'_> {
@@ -104,7 +105,7 @@ impl Step<'_> {
         let has_levels = _mm256_cmpgt_epi32(self.lines.end, self.lines.level);
         Position {
             level: self.lines.level,
-            alive: _mm256_and_si256(has_levels, directions.taken),
+            alive: lane_bits(has_levels) & directions.taken,
         }
     }
 
@@ -113,7 +114,7 @@ impl Step<'_> {
     #[target_feature(enable = "avx2,popcnt,bmi1,bmi2")]
     #[inline]
     fn list(&self, position: &mut Position, found: &mut Crossings) -> bool {
-        if lane_bits(position.alive) == 0 {
+        if position.alive == 0 {
             return false;
         }
         let levels = self.batch.levels;
@@ -121,11 +122,10 @@ impl Step<'_> {
         let whole = _mm256_srai_epi32::<{ FRACTION_BITS as i32 }>(position.level);
         let [fraction, k, first_row, first_j] = self.table.entries(s);
         let j = _mm256_add_epi32(whole, first_j);
-        let in_tile = _mm256_and_si256(
-            _mm256_cmpgt_epi32(_mm256_set1_epi32(levels.width as i32), j),
-            _mm256_cmpgt_epi32(j, _mm256_set1_epi32(-1)),
-        );
-        let inside = lane_bits(_mm256_and_si256(in_tile, position.alive));
+        // Unsigned: j below zero counts as large.
+        let last_j = _mm256_set1_epi32(levels.width as i32 - 1);
+        let in_tile = _mm256_cmpeq_epi32(_mm256_min_epu32(j, last_j), j);
+        let inside = lane_bits(in_tile) & position.alive;
         let value = _mm256_add_ps(_mm256_cvtepi32_ps(whole), _mm256_castsi256_ps(fraction));
         let row = _mm256_add_epi32(whole, first_row);
         self.list_at(inside, value, _mm256_castsi256_ps(k), row, found);
@@ -135,8 +135,7 @@ impl Step<'_> {
         let skipped = _mm256_and_si256(is_last, to_next_whole);
         let next = _mm256_add_epi32(position.level, _mm256_set1_epi32(1));
         position.level = _mm256_add_epi32(next, skipped);
-        let is_before_end = _mm256_cmpgt_epi32(self.lines.end, position.level);
-        position.alive = _mm256_and_si256(position.alive, is_before_end);
+        position.alive &= lane_bits(_mm256_cmpgt_epi32(self.lines.end, position.level));
         true
     }
 
