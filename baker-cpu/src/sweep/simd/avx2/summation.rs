@@ -24,6 +24,7 @@ fn add_to(moments: &mut [i32; LANES], addend: __m256i) {
 #[target_feature(enable = "avx2")]
 #[inline]
 pub(super) fn accumulate(lookup: &Lookup, masks: &[Mask], moments: RowMoments<'_>) {
+    let part_bits = _mm256_set1_epi32((1 << INDEX_BITS) - 1);
     let mut moments = moments
         .0
         .map(|moments| moments.as_chunks_mut::<LANES>().0.iter_mut());
@@ -39,9 +40,12 @@ pub(super) fn accumulate(lookup: &Lookup, masks: &[Mask], moments: RowMoments<'_
         add_to(counts, count_ones(bits_left));
         let mut addend = [_mm256_setzero_si256(); 4];
         for part in &lookup.0 {
-            for (addend, table) in addend.iter_mut().zip(part) {
-                let selected = _mm256_permutevar8x32_epi32(ints(table), bits_left);
-                *addend = _mm256_add_epi32(*addend, selected);
+            // Neighboring cells see occluders in the same few directions.
+            if _mm256_testz_si256(bits_left, part_bits) == 0 {
+                for (addend, table) in addend.iter_mut().zip(part) {
+                    let selected = _mm256_permutevar8x32_epi32(ints(table), bits_left);
+                    *addend = _mm256_add_epi32(*addend, selected);
+                }
             }
             bits_left = _mm256_srli_epi32::<{ INDEX_BITS as i32 }>(bits_left);
         }
