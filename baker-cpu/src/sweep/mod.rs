@@ -308,11 +308,13 @@ mod tests {
     #[test]
     fn every_simd_level_gives_the_same_bits() {
         let levels = SimdLevel::available();
-        for (sample, resolution, size) in [
-            (Model::SpaceShip, [16, 12, 33], 16),
-            (Model::Robot, [33, 8, 9], 21),
+        for (sample, triangles, resolution, size) in [
+            (Model::SpaceShip, 3000, [16, 12, 33], 16),
+            (Model::Robot, 3000, [33, 8, 9], 21),
+            // So many crossings that single precision would put some into the wrong column.
+            (Model::Torus, 100_000, [32; 3], 16),
         ] {
-            let mesh = sample.mesh(Some(3000)).unwrap();
+            let mesh = sample.mesh(Some(triangles)).unwrap();
             let placement = Placement {
                 resolution,
                 ..Placement::paper()
