@@ -11,12 +11,8 @@ use std::mem::transmute;
 
 use aogrid_bake_core::sweep::LANES;
 
-use super::prefetch;
+use super::{PREFETCH_DISTANCE, prefetch};
 use crate::sweep::data::{EdgeFacing, SilhouetteSearch, TriangleFacing};
-
-/// The number of edges between the current one and the one whose facings are prefetched, to hide
-/// the latency of memory.
-const PREFETCH_DISTANCE: usize = 24;
 
 /// Searches as [`silhouettes::find`](crate::sweep::simd::portable::silhouettes::find).
 #[target_feature(enable = "avx2,popcnt,bmi1,bmi2")]

@@ -178,9 +178,28 @@ fn lane_bits(mask: __m256i) -> u32 {
     _mm256_movemask_ps(_mm256_castsi256_ps(mask)).cast_unsigned()
 }
 
+/// The number of edges between the current one and the one whose data are prefetched, to hide the
+/// latency of memory.
+pub(in crate::sweep::simd) const PREFETCH_DISTANCE: usize = 24;
+
+/// Prefetches the positions of the next `n` edges from `first` on.
+#[inline(always)]
+pub(in crate::sweep::simd) fn prefetch_positions(
+    batch: &Batch<'_>,
+    edges: &EdgeBuffer,
+    (first, n): (usize, usize),
+) {
+    let later = first.min(edges.n)..(first + n).min(edges.n);
+    for vertices in &edges.vertices {
+        for &vertex in &vertices[later.clone()] {
+            prefetch(&batch.positions[vertex as usize]);
+        }
+    }
+}
+
 /// Prefetches a value that is read soon.
 #[inline(always)]
-pub(super) fn prefetch<T>(value: &T) {
+fn prefetch<T>(value: &T) {
     // SAFETY: a prefetch affects timing only, and SSE is part of x86-64.
     unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(value).cast()) }
 }

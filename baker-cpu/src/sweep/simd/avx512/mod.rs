@@ -7,7 +7,6 @@
 )]
 
 mod crossings;
-mod find;
 mod summation;
 
 use std::arch::x86_64::*;
@@ -55,8 +54,7 @@ impl Simd for Avx512 {
 
     #[inline(always)]
     fn find_silhouettes(self, search: SilhouetteSearch<'_>) {
-        // SAFETY: a value of `Avx512` exists only on machines that have it.
-        unsafe { find::find(search) }
+        self.0.find_silhouettes(search);
     }
 
     #[inline(always)]
@@ -118,38 +116,6 @@ fn ints(from: &[i32; LANES]) -> __m512i {
 fn unsigned(from: &[u32; LANES]) -> __m512i {
     // SAFETY: as `ints`.
     unsafe { transmute::<[u32; LANES], __m512i>(*from) }
-}
-
-/// Appends the selected ones of sixteen pairs.
-#[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
-#[inline]
-fn append_pairs(selected: __mmask16, from: [__m512i; 2], to: &mut Vec<[u32; 2]>) {
-    to.reserve(LANES);
-    let selected = selected.to_le_bytes();
-    for (selected, from) in selected.into_iter().zip(from) {
-        let n = selected.count_ones() as usize;
-        // SAFETY: space is reserved for the rest of sixteen pairs of eight bytes; the first n are
-        // selected.
-        unsafe {
-            let from = _mm512_maskz_compress_epi64(selected, from);
-            _mm512_storeu_si512(to.as_mut_ptr().add(to.len()).cast(), from);
-            to.set_len(to.len() + n);
-        }
-    }
-}
-
-/// Appends the selected ones of sixteen facings.
-#[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
-#[inline]
-fn append_facings(selected: __mmask16, from: __m512i, to: &mut Vec<EdgeFacing>) {
-    to.reserve(LANES);
-    let n = selected.count_ones() as usize;
-    // SAFETY: space is reserved for sixteen numbers of two bytes; the first n are selected.
-    unsafe {
-        let from = _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32(selected, from));
-        _mm256_storeu_si256(to.as_mut_ptr().add(to.len()).cast(), from);
-        to.set_len(to.len() + n);
-    }
 }
 
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]

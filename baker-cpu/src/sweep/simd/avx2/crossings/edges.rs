@@ -6,7 +6,7 @@ use aogrid_bake_core::sweep;
 
 use super::listed;
 use crate::sweep::data::{Batch, EdgeBuffer, MAX_COLUMN_ERROR};
-use crate::sweep::simd::avx2::{LANES, four_floats, ints, lane_bits, prefetch, q, unsigned};
+use crate::sweep::simd::avx2::{LANES, four_floats, ints, lane_bits, q, unsigned};
 
 /// Eight [ends](crate::sweep::data::End) of edges.
 struct End {
@@ -122,21 +122,6 @@ impl Lines {
             level: _mm256_max_epi32(low, _mm256_set1_epi32(levels.range[0])),
             end: _mm256_blendv_epi8(_mm256_set1_epi32(i32::MIN), end, is_edge),
             up: _mm256_cmpgt_epi32(to.rank, from.rank),
-        }
-    }
-}
-
-/// The number of edges between the present ones and those whose positions are prefetched, to hide the
-/// latency of memory.
-const PREFETCH_DISTANCE: usize = 3 * LANES;
-
-/// Prefetches the positions of later edges.
-#[inline(always)]
-pub(super) fn prefetch_positions(batch: &Batch<'_>, edges: &EdgeBuffer, first: usize) {
-    for vertices in &edges.vertices {
-        for lane in 0..LANES {
-            let vertex = vertices[edge(edges, first + PREFETCH_DISTANCE, lane)];
-            prefetch(&batch.positions[vertex as usize]);
         }
     }
 }

@@ -11,11 +11,11 @@ mod listed;
 use std::arch::x86_64::*;
 
 use super::compress::Selected;
-use super::{LANES, four, int_array, lane_bits};
+use super::{LANES, PREFETCH_DISTANCE, four, int_array, lane_bits, prefetch_positions};
 use crate::sweep::data::{
     Batch, DeltaBuffer, EdgeBuffer, FRACTION_BITS, FRACTIONS, Layout, Levels,
 };
-use edges::{Directions, Lines, prefetch_positions, transposed};
+use edges::{Directions, Lines, transposed};
 use listed::Crossings;
 
 /// The level tables, an entry for each fraction: its value, k, the first row and the first j.
@@ -52,7 +52,7 @@ pub(super) fn count(batch: &Batch<'_>, edges: &EdgeBuffer, unit: i8, deltas: &mu
     let mut found = Crossings::new();
     for block in 0..batch.slopes.len() {
         for first in (0..edges.n).step_by(LANES) {
-            prefetch_positions(batch, edges, first);
+            prefetch_positions(batch, edges, (first + PREFETCH_DISTANCE, LANES));
             let lines = Lines::new(batch, edges, first);
             let mut directions = Directions::new(&lines, batch, edges, first, block);
             // Nearly all edges have one run of at most eight directions of one sign.
