@@ -111,22 +111,32 @@ impl Prepared<'_> {
     pub fn bake(&mut self, observer: Observer<'_>) -> Result<RawGrid, BakeError> {
         let options = self.options;
         let (raw, layers) = match &mut self.algorithm {
-            // The layers are only a few tasks. Running them beside the sweep keeps all threads
-            // busy.
             PreparedAlgorithm::Sweep {
                 sweeper,
                 mesh,
                 size,
-            } => rayon::join(
-                || sweeper.bake(mesh, *size, observer),
-                || options.layers_of(mesh),
-            ),
+            } => return sweep(sweeper, mesh, (*size, options), observer),
             PreparedAlgorithm::Rays { occluder, layers } => {
                 (occluder.bake(self.spec, options, observer), layers.clone())
             }
         };
         Ok(RawGrid { layers, ..raw? })
     }
+}
+
+/// Bakes moments and signed layers of a prepared mesh by the direction sweep.
+pub(crate) fn sweep(
+    sweeper: &mut Sweeper,
+    mesh: &PreparedMesh,
+    (size, options): (u32, &BakeOptions),
+    observer: Observer<'_>,
+) -> Result<RawGrid, BakeError> {
+    // The layers are only a few tasks. Running them beside the sweep keeps all threads busy.
+    let (raw, layers) = rayon::join(
+        || sweeper.bake(mesh, size, observer),
+        || options.layers_of(mesh),
+    );
+    Ok(RawGrid { layers, ..raw? })
 }
 
 /// Bakes the moments of every cell of `spec` around `mesh` and reports progress to `observer`.

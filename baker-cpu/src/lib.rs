@@ -33,11 +33,12 @@
 //!
 //! # Practice
 //!
-//! [`bake_grid`] bakes a grid to encode and write, [`bake()`] its moments alone. A [`Baker`] keeps its buffers for further bakes and reports which
-//! algorithm it uses. An [`RayScene`] bakes by ray casting and traces single rays
-//! ([`RayScene::is_occluded`], [`RayScene::closest_hit`]). A [`Sweeper`] bakes a
-//! prepared mesh by the direction sweep and also returns the occlusion bits of the faces. All of
-//! them use the `rayon` thread pool in which they are called.
+//! [`bake_grid`] bakes a grid to encode and write, [`bake()`] its moments alone. A [`Baker`] keeps its
+//! buffers for further bakes and reports which algorithm it uses. A [`Rebaker`] also keeps what stays
+//! the same while a mesh deforms. A [`RayScene`] bakes by ray casting and traces single rays
+//! ([`RayScene::is_occluded`], [`RayScene::closest_hit`]). A [`Sweeper`] bakes a prepared mesh by the
+//! direction sweep and also returns the occlusion bits of the faces. All of them use the `rayon` thread
+//! pool in which they are called.
 
 mod bake;
 mod baker;
@@ -48,6 +49,7 @@ mod quantized_rays;
 #[cfg(test)]
 mod random;
 mod ray_scene;
+mod rebaker;
 mod sweep;
 mod triangle;
 
@@ -56,4 +58,5 @@ pub use baker::{Baker, Prepared, bake, bake_grid};
 pub use error::BakeError;
 pub use quantized_rays::QuantizedMeshRays;
 pub use ray_scene::{Hit, RayScene};
+pub use rebaker::Rebaker;
 pub use sweep::Sweeper;

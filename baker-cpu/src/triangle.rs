@@ -7,21 +7,22 @@
 /// A ray with the constants of the test precomputed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ray {
-    origin: [f64; 3],
+    pub origin: [f64; 3],
     /// The axis of the direction's largest component, then the other two.
-    axes: [usize; 3],
+    pub axes: [usize; 3],
     /// The other two components of the direction, divided by its largest.
-    shear: [f64; 2],
+    pub shear: [f64; 2],
     /// The inverse of the direction's largest component.
-    scale: f64,
+    pub scale: f64,
     /// The maximum distance of a hit, in lengths of the direction: 0 < t ≤ t_max.
-    t_max: f64,
+    pub t_max: f64,
 }
 
 impl Ray {
     /// Creates a ray. `direction` is neither zero nor NaN, but need not have length 1.
+    #[inline(always)]
     pub(crate) fn new(origin: [f64; 3], direction: [f64; 3], t_max: f64) -> Self {
-        let size = direction.map(f64::abs);
+        let size = [direction[0].abs(), direction[1].abs(), direction[2].abs()];
         let major = if size[0] >= size[1] && size[0] >= size[2] {
             0
         } else if size[1] >= size[2] {
@@ -29,7 +30,7 @@ impl Ray {
         } else {
             2
         };
-        let axes = [major, (major + 1) % 3, (major + 2) % 3];
+        let axes = [[0, 1, 2], [1, 2, 0], [2, 0, 1]][major];
         let scale = 1.0 / direction[major];
         Self {
             origin,

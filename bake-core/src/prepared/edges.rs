@@ -13,11 +13,13 @@ const REVERSED: u32 = 1 << 31;
 
 impl HalfEdge {
     /// Returns the triangle's index.
+    #[inline]
     pub fn triangle(self) -> usize {
         (self.0 & !REVERSED) as usize
     }
 
     /// Whether the triangle traverses the edge from its second vertex to its first.
+    #[inline]
     pub fn is_reversed(self) -> bool {
         self.0 & REVERSED != 0
     }

@@ -40,6 +40,9 @@ impl Limits {
 /// 2⁵².
 const COORDINATE_BITS: u32 = 24;
 
+/// 1.5 · 2⁵²: added to a number of magnitude below 2⁵¹, it rounds off the fraction, ties to even.
+const ROUNDING_BIAS: f64 = 1.5 * (1_u64 << 52) as f64;
+
 /// An integer lattice in which the sample of cell (i, j, k) is at (i, j, k) · 2^bits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lattice {
@@ -103,8 +106,9 @@ impl Lattice {
     pub(super) fn snap(&self, position: [f32; 3]) -> [i32; 3] {
         std::array::from_fn(|x| {
             let v = (f64::from(position[x]) - self.from[x]) * self.per_unit[x] + self.to[x];
+            // `round_ties_even` would be a library call on machines without an instruction for it.
             // An unused vertex may be anywhere; casts of values that do not fit saturate.
-            v.round_ties_even() as i32
+            ((v + ROUNDING_BIAS) - ROUNDING_BIAS) as i32
         })
     }
 
@@ -145,6 +149,22 @@ mod tests {
             assert_eq!(lattice.snap(position), cell.map(|i| (i as i32) << 19));
         }
         assert_eq!(lattice.in_cells(5 << 18), 2.5);
+    }
+
+    #[test]
+    fn ties_are_rounded_to_even_and_what_does_not_fit_saturates() {
+        let lattice = Lattice {
+            bits: 19,
+            from: [0.0; 3],
+            per_unit: [1.0; 3],
+            to: [0.0; 3],
+        };
+        let snap = |v: f32| lattice.snap([v; 3])[0];
+        let tied = [-2.5, -1.5, -0.5, 0.5, 1.5, 2.5, 8_388_607.5];
+        assert_eq!(tied.map(snap), [-2, -2, 0, 0, 2, 2, 8_388_608]);
+        assert_eq!([0.49, -0.51, 7.0].map(snap), [0, -1, 7]);
+        let far = [1e10, -1e10, 1e30, f32::INFINITY, f32::NAN].map(snap);
+        assert_eq!(far, [i32::MAX, i32::MIN, i32::MAX, i32::MAX, 0]);
     }
 
     #[test]

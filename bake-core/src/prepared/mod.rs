@@ -40,6 +40,18 @@ pub struct PreparedMesh {
     triangles: Vec<[u32; 3]>,
     edges: Edges,
     bounds: [[i32; 3]; 2],
+    /// The number of vertices of the mesh.
+    n_unwelded: usize,
+    /// The merged vertices, unless all were different.
+    welded: Option<Welded>,
+}
+
+/// Vertices that were merged: the index of each vertex of the mesh among the prepared ones, and the
+/// first vertex of the mesh for each of those.
+#[derive(Debug)]
+struct Welded {
+    new_idx: Vec<u32>,
+    first: Vec<u32>,
 }
 
 /// The reason that a mesh and a grid exceed the limits of the direction sweep. Ray casting has no
@@ -88,12 +100,8 @@ impl PreparedMesh {
         let Bounds { min, max, .. } = mesh.bounds();
         // Rounding is monotonic, so the snapped bounds are those of the snapped vertices.
         let bounds = [min, max].map(|corner| lattice.snap(corner));
-        let snapped: Vec<[i32; 3]> = mesh
-            .positions()
-            .par_iter()
-            .map(|&position| lattice.snap(position))
-            .collect();
-        let (vertices, mut triangles) = weld(snapped, mesh.triangles());
+        let snapped = snap_all(&lattice, mesh);
+        let (vertices, mut triangles, welded) = weld(snapped, mesh.triangles());
         let mut edges = find_edges(&triangles, vertices.len());
         let repeated = repeated(&triangles, &edges);
         if !repeated.is_empty() {
@@ -107,7 +115,45 @@ impl PreparedMesh {
             triangles,
             edges,
             bounds,
+            n_unwelded: mesh.positions().len(),
+            welded,
         })
+    }
+
+    /// Moves the vertices to those of another pose of the same mesh, for a grid, and keeps triangles
+    /// and edges: a fraction of the time of [`PreparedMesh::new`]. The triangles of `mesh` must be
+    /// those of the mesh that this one was made from.
+    ///
+    /// Returns whether it did: not if the number of vertices differs, or if vertices that were merged
+    /// are apart in this pose. Then nothing has changed, and the mesh has to be prepared anew.
+    /// Vertices that coincide only in this pose are not merged; their edges count as boundaries, to
+    /// the same effect.
+    ///
+    /// # Errors
+    ///
+    /// The mesh and the grid exceed the [limits](self#limits).
+    pub fn repose(
+        &mut self,
+        mesh: &TriangleMesh,
+        spec: GridSpec,
+        sample_offset: [f32; 3],
+    ) -> Result<bool, PrepareError> {
+        if mesh.positions().len() != self.n_unwelded {
+            return Ok(false);
+        }
+        let lattice = Lattice::new(&spec, sample_offset, &mesh.bounds(), Limits::SWEEP)?;
+        let snapped = snap_all(&lattice, mesh);
+        self.vertices = match &self.welded {
+            None => snapped,
+            Some(welded) => match welded.merged(&snapped) {
+                Some(vertices) => vertices,
+                None => return Ok(false),
+            },
+        };
+        let Bounds { min, max, .. } = mesh.bounds();
+        self.bounds = [min, max].map(|corner| lattice.snap(corner));
+        (self.spec, self.lattice) = (spec, lattice);
+        Ok(true)
     }
 
     /// Returns the grid.
@@ -165,28 +211,61 @@ impl PreparedMesh {
     }
 }
 
+impl Welded {
+    /// Returns the position of each prepared vertex, if those that were merged coincide.
+    fn merged(&self, snapped: &[[i32; 3]]) -> Option<Vec<[i32; 3]>> {
+        let position = |&vertex: &u32| snapped[vertex as usize];
+        let merged: Vec<_> = self.first.iter().map(position).collect();
+        let coincide =
+            |(new_idx, position): (&u32, &[i32; 3])| merged[*new_idx as usize] == *position;
+        self.new_idx
+            .iter()
+            .zip(snapped)
+            .all(coincide)
+            .then_some(merged)
+    }
+}
+
+/// Returns the lattice points of all vertices.
+fn snap_all(lattice: &Lattice, mesh: &TriangleMesh) -> Vec<[i32; 3]> {
+    let positions = mesh.positions().par_iter().with_min_len(SNAP_CHUNK);
+    positions.map(|&position| lattice.snap(position)).collect()
+}
+
+/// The minimum number of vertices that one task snaps: fewer are snapped sooner than shared out.
+const SNAP_CHUNK: usize = 4096;
+
 /// Merges vertices at the same position, and drops triangles with coincident corners. The order is
 /// kept.
-fn weld(snapped: Vec<[i32; 3]>, triangles: &[[u32; 3]]) -> (Vec<[i32; 3]>, Vec<[u32; 3]>) {
+fn weld(
+    snapped: Vec<[i32; 3]>,
+    triangles: &[[u32; 3]],
+) -> (Vec<[i32; 3]>, Vec<[u32; 3]>, Option<Welded>) {
     let keys: Vec<[u32; 3]> = snapped
         .par_iter()
         .map(|p| p.map(i32::cast_unsigned))
         .collect();
     let first = first_duplicate(&keys);
     let all_differ = (0..).zip(&first).all(|(idx, &first)| idx == first);
-    let (vertices, new_idx) = match all_differ {
+    let (vertices, welded) = match all_differ {
         // The usual case. Unused vertices stay, and are harmless.
-        true => (snapped, first),
-        false => compact(&snapped, &first),
+        true => (snapped, None),
+        false => {
+            let (vertices, welded) = compact(&snapped, &first);
+            (vertices, Some(welded))
+        }
     };
-    let renumber = |vertex: u32| new_idx[vertex as usize];
+    let renumber = |vertex: u32| match &welded {
+        None => vertex,
+        Some(welded) => welded.new_idx[vertex as usize],
+    };
     let corners_differ = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
     let triangles = triangles
         .par_iter()
         .map(|t| t.map(renumber))
         .filter(corners_differ)
         .collect();
-    (vertices, triangles)
+    (vertices, triangles, welded)
 }
 
 /// Returns the triangles that have the three corners of an earlier one, whatever the winding, in
@@ -212,112 +291,24 @@ fn without(triangles: &[[u32; 3]], left_out: &[u32]) -> Vec<[u32; 3]> {
     kept.map(|(_, corners)| *corners).collect()
 }
 
-/// Returns the vertices that are the first at their position, and the new index of each old vertex.
-fn compact(snapped: &[[i32; 3]], first: &[u32]) -> (Vec<[i32; 3]>, Vec<u32>) {
+/// Returns the vertices that are the first at their position, and how the vertices were merged.
+fn compact(snapped: &[[i32; 3]], first: &[u32]) -> (Vec<[i32; 3]>, Welded) {
     let mut vertices = Vec::new();
-    let mut new_idx: Vec<u32> = Vec::with_capacity(first.len());
+    let mut welded = Welded {
+        new_idx: Vec::with_capacity(first.len()),
+        first: Vec::new(),
+    };
     for (idx, &first) in first.iter().enumerate() {
         if first as usize == idx {
-            new_idx.push(vertices.len() as u32);
+            welded.new_idx.push(vertices.len() as u32);
+            welded.first.push(first);
             vertices.push(snapped[idx]);
         } else {
-            new_idx.push(new_idx[first as usize]);
+            welded.new_idx.push(welded.new_idx[first as usize]);
         }
     }
-    (vertices, new_idx)
+    (vertices, welded)
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Placement;
-    use crate::mesh::{MeshReport, Part};
-    use crate::models::Model;
-
-    fn prepared(mesh: &TriangleMesh) -> PreparedMesh {
-        let spec = Placement::paper().place(&mesh.bounds()).unwrap();
-        PreparedMesh::new(mesh, spec, [3.1e-4, -1.7e-4, 4.3e-4]).unwrap()
-    }
-
-    /// Returns the mesh with a separate vertex for every corner.
-    fn split(mesh: &TriangleMesh) -> TriangleMesh {
-        let positions: Vec<_> = mesh.corners().flatten().collect();
-        let n = mesh.triangles().len();
-        let triangles = (0..n as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
-        let whole = Part {
-            name: "split".into(),
-            triangles: 0..n,
-        };
-        TriangleMesh::new(positions, triangles.collect(), vec![whole]).unwrap()
-    }
-
-    #[test]
-    fn closed_meshes_have_no_boundary_edges_with_and_without_shared_vertices() {
-        for sample in Model::CLOSED {
-            let mesh = sample.mesh(None).unwrap();
-            let whole = prepared(&mesh);
-            assert!(whole.boundary_edges().is_empty(), "{sample:?}");
-            assert_eq!(2 * whole.edges().len(), 3 * whole.triangles().len());
-            let split = prepared(&split(&mesh));
-            assert!(split.boundary_edges().is_empty(), "{sample:?}");
-            assert_eq!(split.vertices().len(), whole.vertices().len());
-        }
-    }
-
-    #[test]
-    fn triangles_with_coincident_corners_are_left_out() {
-        let points = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 1.0], [1e-9, 0.0, 0.0]];
-        let whole = Part {
-            name: "points".into(),
-            triangles: 0..2,
-        };
-        // The last vertex snaps to the first.
-        let mesh = TriangleMesh::new(points, vec![[0, 1, 2], [0, 3, 2]], vec![whole]).unwrap();
-        assert_eq!(MeshReport::new(&mesh).degenerate, 0);
-        let prepared = prepared(&mesh);
-        assert_eq!(prepared.triangles(), [[0, 1, 2]]);
-        assert_eq!(
-            (prepared.vertices().len(), prepared.boundary_edges().len()),
-            (3, 3)
-        );
-    }
-
-    /// A triangle that is repeated 33,333 times took a minute to sweep.
-    #[test]
-    fn repeated_triangles_are_one() {
-        let mesh = Model::Box.mesh(None).unwrap();
-        let whole = prepared(&mesh);
-        let mut triangles = mesh.triangles().to_vec();
-        let [a, b, c] = triangles[5];
-        triangles.extend([[b, a, c], [b, c, a]].repeat(1000));
-        let part = Part {
-            name: "repeated".into(),
-            triangles: 0..triangles.len(),
-        };
-        let repeated = TriangleMesh::new(mesh.positions().to_vec(), triangles, vec![part]).unwrap();
-        let repeated = prepared(&repeated);
-        assert_eq!(repeated.triangles(), whole.triangles());
-        assert_eq!(repeated.edges(), whole.edges());
-        assert!(repeated.boundary_edges().is_empty());
-    }
-
-    #[test]
-    fn unused_vertices_may_be_nan() {
-        let points = vec![[f32::NAN; 3], [0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 1.0]];
-        let whole = Part {
-            name: "points".into(),
-            triangles: 0..1,
-        };
-        let mesh = TriangleMesh::new(points, vec![[1, 2, 3]], vec![whole]).unwrap();
-        assert_eq!(prepared(&mesh).triangles().len(), 1);
-    }
-
-    #[test]
-    fn normals_are_exact() {
-        let mesh = prepared(&Model::Box.mesh(None).unwrap());
-        for &triangle in mesh.triangles() {
-            let normal = mesh.normal(triangle);
-            assert_eq!(normal.iter().filter(|v| **v != 0).count(), 1, "{normal:?}");
-        }
-    }
-}
+mod tests;

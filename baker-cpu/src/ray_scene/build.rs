@@ -5,14 +5,31 @@ use glam::Vec3A;
 use obvhs::Boundable;
 use obvhs::aabb::Aabb;
 
-/// The minimum distance between a BVH box and its triangle, for a mesh whose half-extent is scaled
-/// to ½–1. It exceeds the traversal's minimum distance of 1e-4, and far exceeds the rounding error
-/// of single precision (2⁻²⁴ · 8).
-const PADDING: f32 = 1.0 / 4096.0;
+use super::packed_ray::Extent;
 
-/// The length by which the traversal ray exceeds the exact ray: the maximum padding of a box, twice
-/// [`PADDING`].
-pub(super) const MAX_PADDING: f64 = 2.0 * PADDING as f64;
+/// The minimum distance between a box and its triangle, in largest coordinates of the mesh. The
+/// start of a ray is up to 2√3 away from the center, so its rounding, that of its direction and those
+/// of the box test move the ray by less than 2⁻²⁴ · 2√3 · 10, a seventh of this.
+const PADDING: f64 = 1.0 / 65536.0;
+
+/// The largest coordinate up to which single precision decides about triangles. Only triangles
+/// without an area can be further away; their areas could overflow.
+const MAX_REACH: f64 = 1e6;
+
+/// Returns the extent of scaled triangles.
+pub(super) fn extent(triangles: &[[[f64; 3]; 3]]) -> Extent {
+    let all = triangles.as_flattened().as_flattened().iter();
+    let reach = all.fold(0.0, |reach: f64, v| reach.max(v.abs()));
+    Extent {
+        // An infinite error leaves everything to double precision.
+        reach: if reach > MAX_REACH {
+            f64::INFINITY
+        } else {
+            reach
+        },
+        padding: 2.0 * PADDING * reach,
+    }
+}
 
 /// The padded bounding box of a triangle.
 pub(super) struct PaddedBox(pub Aabb);
@@ -68,11 +85,11 @@ pub(super) fn distinct_triangles(mesh: &TriangleMesh) -> Vec<u32> {
 ///
 /// The padding varies because equal boxes at equal distances, such as those of a fence, give the
 /// builder no best pair to merge, and it then merges only one pair per pass.
-pub(super) fn padded_box(corners: [[f64; 3]; 3], idx: u32) -> PaddedBox {
+pub(super) fn padded_box(corners: &[[f64; 3]; 3], idx: u32, extent: Extent) -> PaddedBox {
     let corners = corners.map(|corner| Vec3A::from_array(corner.map(|v| v as f32)));
     // Knuth's multiplicative hash, as a fraction of 1.
     let hash = idx.wrapping_mul(2_654_435_769) as f32 / u32::MAX as f32;
-    let padding = PADDING * (1.0 + hash);
+    let padding = 0.5 * extent.padding as f32 * (1.0 + hash);
     let mut bounds = Aabb::from_points(&corners);
     bounds.min -= padding;
     bounds.max += padding;

@@ -120,7 +120,9 @@ const ROUNDING_BIAS: f32 = (1 << 23) as f32;
 fn floor_to_u32(x: f32) -> u32 {
     let nearest = x + ROUNDING_BIAS;
     let above = nearest - ROUNDING_BIAS > x;
-    (nearest.to_bits() - ROUNDING_BIAS.to_bits()) - u32::from(above)
+    // Nothing wraps, but checks of that would keep the loop from being vectorized.
+    let nearest = nearest.to_bits().wrapping_sub(ROUNDING_BIAS.to_bits());
+    nearest.wrapping_sub(u32::from(above))
 }
 
 /// Finds the silhouettes of the first `n_rows` texel rows: lists for each chunk of the edges.

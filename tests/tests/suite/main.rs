@@ -46,6 +46,8 @@ mod node;
 mod parity;
 /// Presets: the frozen papers, the default's shadows.
 mod presets;
+/// Rays by the tree against every triangle, on real meshes.
+mod rays;
 /// Receivers' values from an independent program.
 mod reference;
 /// Scene files, cameras, G-buffers.

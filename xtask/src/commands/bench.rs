@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use anyhow::{Context, bail};
 use aogrid_bake_core::{Algorithm, BakeOptions, Placement, mesh, post, post::Refinements};
-use aogrid_baker_cpu::Sweeper;
+use aogrid_baker_cpu::{RayScene, Sweeper};
 use aogrid_baker_gpu::{self as gpu, AdapterSelector};
 use aogrid_grid_format::{Sampling, Source};
 use serde::Serialize;
@@ -93,7 +93,7 @@ struct ModelReport {
 struct RowReport {
     sampling: &'static str,
     algorithm: &'static str,
-    /// SIMD level of the CPU's sweep, where levels are compared.
+    /// SIMD level of the CPU's sweep or rays.
     instructions: Option<&'static str>,
     backend: &'static str,
     adapter: Option<String>,
@@ -114,12 +114,14 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     if args.json {
         return console.json(&report);
     }
-    console.result("triangles  prepare ms  visibility ms  post ms  threads  algorithm  on    file");
+    console.result(
+        "triangles  prepare ms  visibility ms  post ms  threads  algorithm  on        file",
+    );
     for model in &report.models {
         for row in &model.rows {
             let on = row.adapter.as_deref().or(row.instructions);
             console.result(&format!(
-                "{:9}  {:10.2}  {:13.2}  {:7.2}  {:7}  {:9}  {:4}  {}",
+                "{:9}  {:10.2}  {:13.2}  {:7.2}  {:7}  {:9}  {:8}  {}",
                 model.triangles,
                 1e3 * row.prepare_s,
                 1e3 * row.visibility_s,
@@ -193,7 +195,7 @@ fn measure(path: &Path, args: &Args, console: &Console) -> anyhow::Result<ModelR
 }
 
 /// Returns the backends to measure, one for each row: each algorithm on each device that is both
-/// requested and present, or each SIMD level of the CPU's sweep with its name.
+/// requested and present, or each SIMD level of the CPU's sweep; with the level of those on the CPU.
 fn measured_backends(args: &Args) -> anyhow::Result<Vec<(Backend, Option<&'static str>)>> {
     let request = args.shared.backend()?;
     let with_cpu = !matches!(request, BackendRequest::Gpu(_));
@@ -212,7 +214,11 @@ fn measured_backends(args: &Args) -> anyhow::Result<Vec<(Backend, Option<&'stati
     };
     let each = |device: Device, request: BackendRequest| {
         let is_wanted = |a: &&Algorithm| args.only.is_empty() || args.only.contains(&(device, **a));
-        let backend = move |&algorithm| (Backend::new(request.clone(), Some(algorithm)), None);
+        let level = |algorithm| (device == Device::Cpu).then(|| best_level(algorithm));
+        let backend = move |&algorithm| {
+            let backend = Backend::new(request.clone(), Some(algorithm));
+            (backend, level(algorithm))
+        };
         algorithms
             .iter()
             .filter(is_wanted)
@@ -233,6 +239,14 @@ fn measured_backends(args: &Args) -> anyhow::Result<Vec<(Backend, Option<&'stati
         bail!("there is nothing to measure: name an adapter, or another row");
     }
     Ok(all)
+}
+
+/// Returns the SIMD level that the CPU uses on this machine.
+fn best_level(algorithm: Algorithm) -> &'static str {
+    match algorithm {
+        Algorithm::DirectionSweep => Sweeper::simd_levels()[0],
+        Algorithm::RayCasting => RayScene::simd_levels()[0],
+    }
 }
 
 /// Returns a row with the medians of the measured times: prepare, visibility, post.

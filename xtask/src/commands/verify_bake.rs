@@ -16,7 +16,7 @@ use aogrid_baker_cpu::parity::{MAX_MISMATCH_RATE, Parity};
 ///
 /// They may differ in 8 of 50 million texels, where a ray passes an edge within the resolution of
 /// single floats; every differing texel is checked for that. Moments must equal the sums over the
-/// texels bit for bit.
+/// texels bit for bit, and so must the faces and moments of all SIMD levels of this machine.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -46,7 +46,8 @@ Examples:
 
 /// The sweep that is compared with rays.
 enum AnySweeper {
-    Cpu(Box<cpu::Sweeper>),
+    /// One for each SIMD level, with its name.
+    Cpu(Vec<(&'static str, cpu::Sweeper)>),
     Gpu(Box<(gpu::Sweeper, Context)>),
 }
 
@@ -54,7 +55,12 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     use_threads(args.threads)?;
     interrupt::listen();
     let mut sweep = match &args.adapter {
-        None => AnySweeper::Cpu(Box::default()),
+        None => {
+            let levels = cpu::Sweeper::simd_levels();
+            console.note(&format!("at {}", levels.join(", ")));
+            let sweeper = |level| Some((level, cpu::Sweeper::with_simd_level(level)?));
+            AnySweeper::Cpu(levels.into_iter().filter_map(sweeper).collect())
+        }
         Some(name) => {
             let context = Context::new(&AdapterSelector::Named(name.clone()))?;
             console.note(&format!("on {}", context.adapter().name));
@@ -100,8 +106,16 @@ fn compare(
     let size = args.face_size;
     let baked: (RawGrid, FaceBits);
     let parity = match sweep {
-        AnySweeper::Cpu(sweeper) => {
+        AnySweeper::Cpu(levels) => {
+            let [(best, sweeper), others @ ..] = &mut levels[..] else {
+                bail!("there is no SIMD level");
+            };
             baked = sweeper.bake_with_bits(&prepared, size, &observer)?;
+            for (level, sweeper) in others {
+                if sweeper.bake_with_bits(&prepared, size, &observer)? != baked {
+                    bail!("the bits of {level} differ from those of {best}");
+                }
+            }
             Parity::new(&prepared, size, baked)
         }
         AnySweeper::Gpu(both) => {

@@ -15,7 +15,7 @@ pub(in crate::sweep) struct Batch<'a> {
     pub tile: &'a Tile,
     /// The texel row of the face.
     pub b: u32,
-    /// The vertex positions, in cells.
+    /// The vertex positions, in cells, and a spare one.
     pub positions: &'a [[f32; 3]],
     pub levels: &'a Levels,
     /// The column slopes of each block.

@@ -73,6 +73,12 @@ impl EdgeFacing {
         Self(u16::from_le_bytes([one.0, other.0]))
     }
 
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    pub(in crate::sweep) fn bits(self) -> u16 {
+        self.0
+    }
+
     #[inline(always)]
     pub(in crate::sweep) fn intervals(self) -> [FacingInterval; 2] {
         self.0.to_le_bytes().map(FacingInterval)

@@ -18,6 +18,7 @@ use crate::sweep::data::{
     Batch, COLUMN, Delta, DeltaBuffer, EdgeBuffer, FRACTION_BITS, FRACTIONS, Layout, Levels,
     MAX_COLUMN_ERROR,
 };
+use crate::sweep::simd::avx2::{PREFETCH_DISTANCE, prefetch_positions};
 
 /// The tables of [`Batch::levels`], in registers.
 struct LevelTables {
@@ -38,6 +39,7 @@ pub(super) fn count(batch: &Batch<'_>, edges: &EdgeBuffer, unit: i8, deltas: &mu
     };
     for first in (0..edges.n).step_by(LANES) {
         let alive = u16::MAX >> (LANES - (edges.n - first).min(LANES));
+        prefetch_positions(batch, edges, (first + PREFETCH_DISTANCE, LANES));
         let lines = Lines::new(batch, edges, first, alive);
         for (block, slopes) in batch.slopes.iter().enumerate() {
             let lanes = lines.lane_deltas(batch, edges, first, block);

@@ -7,10 +7,10 @@
 )]
 
 mod crossings;
-mod find;
 mod summation;
 
 use std::arch::x86_64::*;
+use std::mem::{transmute, transmute_copy};
 
 use aogrid_bake_core::sweep::LANES;
 
@@ -54,8 +54,7 @@ impl Simd for Avx512 {
 
     #[inline(always)]
     fn find_silhouettes(self, search: SilhouetteSearch<'_>) {
-        // SAFETY: a value of `Avx512` exists only on machines that have it.
-        unsafe { find::find(search) }
+        self.0.find_silhouettes(search);
     }
 
     #[inline(always)]
@@ -97,71 +96,40 @@ impl Avx512 {
 const DOWN: i32 = _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC;
 const UP: i32 = _MM_FROUND_TO_POS_INF | _MM_FROUND_NO_EXC;
 
+/// Loads by value: the intrinsics for unaligned memory check pointers in builds with assertions.
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
 fn floats(from: &[f32; LANES]) -> __m512 {
-    // SAFETY: sixteen floats are 64 bytes; they need not be aligned.
-    unsafe { _mm512_loadu_ps(from.as_ptr()) }
+    // SAFETY: both are sixteen floats.
+    unsafe { transmute::<[f32; LANES], __m512>(*from) }
 }
 
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
 fn ints(from: &[i32; LANES]) -> __m512i {
-    // SAFETY: as `floats`.
-    unsafe { _mm512_loadu_si512(from.as_ptr().cast()) }
+    // SAFETY: both are 64 bytes, of which every value is valid.
+    unsafe { transmute::<[i32; LANES], __m512i>(*from) }
 }
 
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
 fn unsigned(from: &[u32; LANES]) -> __m512i {
-    // SAFETY: as `floats`.
-    unsafe { _mm512_loadu_si512(from.as_ptr().cast()) }
-}
-
-/// Appends the selected ones of sixteen pairs.
-#[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
-#[inline]
-fn append_pairs(selected: __mmask16, from: [__m512i; 2], to: &mut Vec<[u32; 2]>) {
-    to.reserve(LANES);
-    let selected = selected.to_le_bytes();
-    for (selected, from) in selected.into_iter().zip(from) {
-        let n = selected.count_ones() as usize;
-        // SAFETY: space is reserved for the rest of sixteen pairs of eight bytes; the first n are
-        // selected.
-        unsafe {
-            let from = _mm512_maskz_compress_epi64(selected, from);
-            _mm512_storeu_si512(to.as_mut_ptr().add(to.len()).cast(), from);
-            to.set_len(to.len() + n);
-        }
-    }
-}
-
-/// Appends the selected ones of sixteen facings.
-#[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
-#[inline]
-fn append_facings(selected: __mmask16, from: __m512i, to: &mut Vec<EdgeFacing>) {
-    to.reserve(LANES);
-    let n = selected.count_ones() as usize;
-    // SAFETY: space is reserved for sixteen numbers of two bytes; the first n are selected.
-    unsafe {
-        let from = _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32(selected, from));
-        _mm256_storeu_si256(to.as_mut_ptr().add(to.len()).cast(), from);
-        to.set_len(to.len() + n);
-    }
+    // SAFETY: as `ints`.
+    unsafe { transmute::<[u32; LANES], __m512i>(*from) }
 }
 
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
 fn store<T: Scalar32>(from: __m512i, to: &mut [T; LANES]) {
-    // SAFETY: sixteen numbers of four bytes are 64 bytes; they need not be aligned.
-    unsafe { _mm512_storeu_si512(to.as_mut_ptr().cast(), from) }
+    // SAFETY: sixteen numbers of four bytes are 64 bytes, of which every value is valid.
+    *to = unsafe { transmute_copy::<__m512i, [T; LANES]>(&from) };
 }
 
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
 #[inline]
 fn load_facings(from: &[EdgeFacing; LANES]) -> __m512i {
-    // SAFETY: sixteen numbers of two bytes are 32 bytes; they need not be aligned.
-    unsafe { _mm512_cvtepu16_epi32(_mm256_loadu_si256(from.as_ptr().cast())) }
+    // SAFETY: both are 32 bytes, of which every value is valid.
+    _mm512_cvtepu16_epi32(unsafe { transmute::<[EdgeFacing; LANES], __m256i>(*from) })
 }
 
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
@@ -194,17 +162,10 @@ fn int_array(from: __m512i) -> LaneArray<u32> {
 }
 
 /// A four-byte type for which every bit pattern is valid.
-trait Scalar32 {}
+trait Scalar32: Copy {}
 impl Scalar32 for u32 {}
 impl Scalar32 for i32 {}
 impl Scalar32 for f32 {}
-
-/// Prefetches a value that is read soon.
-#[inline(always)]
-fn prefetch<T>(value: &T) {
-    // SAFETY: a prefetch affects timing only, and SSE is part of x86-64.
-    unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(value).cast()) }
-}
 
 /// Returns the part of each lane's delta that does not depend on its column.
 #[target_feature(enable = "avx512f,popcnt,bmi1,bmi2")]
@@ -355,6 +316,6 @@ fn store_compressed_facings<const N: usize>(
     let slots = to[at..].first_chunk_mut::<LANES>();
     let slots: &mut [EdgeFacing; LANES] = slots.expect("sixteen slots are free");
     let from = _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32(selected, from));
-    // SAFETY: sixteen numbers of two bytes are 32 bytes; they need not be aligned.
-    unsafe { _mm256_storeu_si256(slots.as_mut_ptr().cast(), from) }
+    // SAFETY: both are 32 bytes, of which every value is valid.
+    *slots = unsafe { transmute::<__m256i, [EdgeFacing; LANES]>(from) };
 }
