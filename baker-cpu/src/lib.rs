@@ -37,7 +37,8 @@
 //! algorithm it uses. An [`RayScene`] bakes by ray casting and traces single rays
 //! ([`RayScene::is_occluded`], [`RayScene::closest_hit`]). A [`Sweeper`] bakes a
 //! prepared mesh by the direction sweep and also returns the occlusion bits of the faces. All of
-//! them use the `rayon` thread pool in which they are called.
+//! them use the `rayon` thread pool in which they are called. [`bake_surface`] bakes the accessibility of
+//! points on surfaces.
 
 mod bake;
 mod baker;
@@ -48,6 +49,7 @@ mod quantized_rays;
 #[cfg(test)]
 mod random;
 mod ray_scene;
+mod surface;
 mod sweep;
 mod triangle;
 
@@ -56,4 +58,5 @@ pub use baker::{Baker, Prepared, bake, bake_grid};
 pub use error::BakeError;
 pub use quantized_rays::QuantizedMeshRays;
 pub use ray_scene::{Hit, RayScene};
+pub use surface::{SurfaceBake, SurfaceKernel, bake_surface};
 pub use sweep::Sweeper;
