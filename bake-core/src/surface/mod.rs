@@ -20,6 +20,7 @@
 
 mod directions;
 mod faces;
+pub mod glb;
 mod groups;
 mod options;
 mod record;

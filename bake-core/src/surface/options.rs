@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::{Directions, Weights};
+use super::{Directions, SurfacePoint, Weights};
 
 /// The range of rays a hemisphere.
 pub const SURFACE_RAYS: RangeInclusive<u32> = 1..=65_536;
@@ -20,6 +20,9 @@ pub struct SurfaceOptions {
     pub weights: Weights,
     /// Distance in object units beyond which occluders are ignored; `None` for unlimited.
     pub max_distance: Option<f64>,
+    /// The height of an endless solid ground, across +Y, that occludes, too: its y in the coordinates of
+    /// the points; `None` for no ground.
+    pub ground: Option<f64>,
 }
 
 /// The reason that options are invalid.
@@ -44,6 +47,7 @@ impl SurfaceOptions {
             seed: 0,
             weights: Weights::Cosine,
             max_distance: None,
+            ground: None,
         }
     }
 
@@ -74,5 +78,14 @@ impl SurfaceOptions {
     /// Returns the maximum distance, infinite if there is none.
     pub fn reach(&self) -> f64 {
         self.max_distance.unwrap_or(f64::INFINITY)
+    }
+
+    /// Whether the ground occludes a direction, of length 1, from a point. Below the ground everything
+    /// does.
+    pub fn ground_occludes(&self, point: &SurfacePoint, direction: [f64; 3]) -> bool {
+        self.ground.is_some_and(|ground| {
+            let height = point.position[1] - ground;
+            height <= 0.0 || direction[1] < 0.0 && height <= self.reach() * -direction[1]
+        })
     }
 }

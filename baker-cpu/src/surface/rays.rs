@@ -36,7 +36,7 @@ pub(super) fn trace(
         };
         let mut sum = Accumulator::default();
         for &direction in directions {
-            let is_occluded = is_occluded(&scene, point, direction, options.reach());
+            let is_occluded = is_occluded(&scene, point, direction, options);
             sum.add(point, direction, options.weights, is_occluded);
         }
         let progress = Progress {
@@ -57,7 +57,7 @@ pub(super) fn is_occluded(
     scene: &RayScene,
     point: &SurfacePoint,
     direction: [f64; 3],
-    reach: f64,
+    options: &SurfaceOptions,
 ) -> bool {
     let center = scene.center();
     let from_center = [0, 1, 2].map(|x| point.position[x] - center[x]);
@@ -66,5 +66,6 @@ pub(super) fn is_occluded(
         -1 => direction.map(|v| -v),
         _ => return false,
     };
-    scene.is_occluded_from_center(from_center, upward, reach)
+    options.ground_occludes(point, upward)
+        || scene.is_occluded_from_center(from_center, upward, options.reach())
 }

@@ -56,8 +56,7 @@ struct Job<'a> {
     rays: RayScene,
     points: &'a [SurfacePoint],
     scaled: Scaled,
-    /// The maximum distance, in object units and scaled.
-    reach: [f64; 2],
+    options: &'a SurfaceOptions,
 }
 
 /// Returns the sums of all points over the shared directions.
@@ -71,8 +70,8 @@ pub(super) fn trace(
     let job = Job {
         rays: RayScene::new(mesh),
         points,
-        reach: [options.reach(), options.reach() * scaled.scale],
         scaled,
+        options,
     };
     let directions = shared_directions(options.rays);
     let mut sums = vec![Accumulator::default(); points.len()];
@@ -132,9 +131,14 @@ impl Job<'_> {
         let Scratch { vertices, bins } = scratch;
         bins.clear();
         for (idx, (point, position)) in (0..).zip(self.points.iter().zip(&self.scaled.points)) {
-            match point.side(direction) {
-                0 => {}
-                side => bins.push(idx, frame.project(*position), side < 0),
+            let side = point.side(direction);
+            if side == 0 {
+                continue;
+            }
+            let upward = direction.map(|v| v * f64::from(side));
+            match self.options.ground_occludes(point, upward) {
+                true => bits.set(idx as usize),
+                false => bins.push(idx, frame.project(*position), side < 0),
             }
         }
         bins.sort();
@@ -144,13 +148,13 @@ impl Job<'_> {
         let triangles = Projected {
             vertices,
             triangles: &self.scaled.triangles,
-            reach: self.reach[1] as f32,
+            reach: (self.options.reach() * self.scaled.scale) as f32,
         };
         simd::test(&triangles, bins);
         for (idx, state) in bins.states() {
             let point = &self.points[idx];
             if state & OCCLUDED != 0
-                || state & DOUBT != 0 && is_occluded(&self.rays, point, direction, self.reach[0])
+                || state & DOUBT != 0 && is_occluded(&self.rays, point, direction, self.options)
             {
                 bits.set(idx);
             }
