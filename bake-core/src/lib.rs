@@ -49,6 +49,7 @@ pub mod post;
 pub mod prepared;
 mod preset;
 mod raw_grid;
+pub mod surface;
 pub mod sweep;
 mod warnings;
 

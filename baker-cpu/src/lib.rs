@@ -37,8 +37,8 @@
 //! buffers for further bakes and reports which algorithm it uses. A [`Rebaker`] also keeps what stays
 //! the same while a mesh deforms. A [`RayScene`] bakes by ray casting and traces single rays
 //! ([`RayScene::is_occluded`], [`RayScene::closest_hit`]). A [`Sweeper`] bakes a prepared mesh by the
-//! direction sweep and also returns the occlusion bits of the faces. All of them use the `rayon` thread
-//! pool in which they are called.
+//! direction sweep and also returns the occlusion bits of the faces. [`bake_surface`] bakes the
+//! accessibility of points on surfaces. All of them use the `rayon` thread pool in which they are called.
 
 mod bake;
 mod baker;
@@ -50,6 +50,7 @@ mod quantized_rays;
 mod random;
 mod ray_scene;
 mod rebaker;
+mod surface;
 mod sweep;
 mod triangle;
 
@@ -59,4 +60,5 @@ pub use error::BakeError;
 pub use quantized_rays::QuantizedMeshRays;
 pub use ray_scene::{Hit, RayScene};
 pub use rebaker::Rebaker;
+pub use surface::{SurfaceBake, SurfaceKernel, bake_surface};
 pub use sweep::Sweeper;

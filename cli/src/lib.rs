@@ -29,7 +29,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use commands::{
-    adapters, bake, compare, completions, diff, export, info, man, model, render, slices, verify,
+    adapters, bake, bake_surface, compare, completions, diff, export, info, man, model, render,
+    slices, verify,
 };
 
 #[doc(hidden)]
@@ -65,6 +66,7 @@ enum AnyCommand {
 #[expect(private_interfaces, reason = "arguments are made by clap alone")]
 pub enum Command {
     Bake(Box<bake::Args>),
+    BakeSurface(Box<bake_surface::Args>),
     Info(info::Args),
     Verify(verify::Args),
     Diff(diff::Args),
@@ -86,6 +88,7 @@ impl Command {
     pub fn run(&self, console: &Console) -> anyhow::Result<()> {
         match self {
             Self::Bake(args) => bake::run(args, console),
+            Self::BakeSurface(args) => bake_surface::run(args, console),
             Self::Info(args) => info::run(args, console),
             Self::Verify(args) => verify::run(args, console),
             Self::Diff(args) => diff::run(args, console),

@@ -2,6 +2,7 @@
 
 pub(crate) mod adapters;
 pub(crate) mod bake;
+pub(crate) mod bake_surface;
 pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod diff;

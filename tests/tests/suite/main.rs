@@ -56,6 +56,8 @@ mod scenes;
 mod sources;
 /// Openings of doc comments, names, lengths.
 mod style;
+/// Accessibility and bent normals on surfaces.
+mod surface;
 /// Symmetric meshes give symmetric counts, exactly.
 mod symmetry;
 /// Tint's verdict on every shader.

@@ -26,6 +26,8 @@ mod render;
 mod scene_errors;
 /// Scenes shaded by grids, and the cost of shaders.
 mod shade;
+/// Baking surfaces.
+mod surface;
 /// T_clip and T_merge: generating, checking, measuring, exporting.
 mod tables;
 

@@ -16,7 +16,7 @@ const TIME_LIMIT: Duration = Duration::from_secs(10);
 
 /// Runs a command within the limits; the address space is limited, which is an upper bound of the
 /// memory in use.
-fn limited(args: &[&Path]) -> Output {
+pub(super) fn limited(args: &[&Path]) -> Output {
     let script = "ulimit -v 1048576; exec \"$0\" \"$@\"";
     let mut command = Command::new("sh");
     command

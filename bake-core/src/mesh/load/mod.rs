@@ -10,6 +10,7 @@ mod polygon;
 mod pose;
 mod stl;
 mod strip;
+mod vertices;
 
 use std::io;
 use std::path::Path;
@@ -24,6 +25,7 @@ pub use obj::{ObjError, read_obj};
 pub use ply::PlyError;
 pub use pose::{PartMesh, Pose};
 pub use stl::StlError;
+pub use vertices::PosedPrimitive;
 
 /// The name of a part without a name in the file.
 const UNNAMED: &str = "unnamed";
@@ -46,6 +48,8 @@ pub struct LoadedMesh {
     /// The rounding of the coordinates in the file, in object units: half the step of single floats
     /// at the largest of them, or zero for numbers of double precision.
     pub rounding: f64,
+    /// The primitives of a glTF file, in the order of the mesh's vertices; empty for other files.
+    pub primitives: Vec<PosedPrimitive>,
     /// The shape and pose of each part of a file that has them.
     posed: Vec<Result<PartMesh, MeshError>>,
 }
@@ -104,6 +108,7 @@ enum Content {
 struct Parsed {
     mesh: TriangleMesh,
     posed: Vec<Result<PartMesh, MeshError>>,
+    primitives: Vec<PosedPrimitive>,
     warnings: Vec<String>,
     rounding: f64,
 }
@@ -113,6 +118,7 @@ impl Parsed {
         Self {
             mesh,
             posed: vec![],
+            primitives: vec![],
             warnings,
             rounding: 0.0,
         }
@@ -236,6 +242,7 @@ impl MeshFile {
             blake3: self.blake3.clone(),
             warnings: parsed.warnings,
             rounding: parsed.rounding,
+            primitives: parsed.primitives,
             posed: parsed.posed,
         })
     }
@@ -264,6 +271,7 @@ impl LoadedMesh {
             blake3,
             warnings: vec![],
             rounding: 0.0,
+            primitives: vec![],
             posed: vec![],
         }
     }

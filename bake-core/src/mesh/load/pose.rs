@@ -57,6 +57,21 @@ impl Pose {
         std::array::from_fn(|x| (0..3).map(|c| self.linear[c][x] * v[c]).sum())
     }
 
+    /// Returns the direction of a normal in the whole, not of length 1: by the cofactors of the linear
+    /// part, with which normals stay across the surface, and outside if the pose mirrors.
+    pub fn normal(&self, n: [f64; 3]) -> [f64; 3] {
+        let [a, b, c] = self.linear;
+        let columns = [cross(b, c), cross(c, a), cross(a, b)];
+        let sign = if self.determinant() < 0.0 { -1.0 } else { 1.0 };
+        [0, 1, 2].map(|x| sign * (0..3).map(|i| columns[i][x] * n[i]).sum::<f64>())
+    }
+
+    /// Returns the direction in the part's own frame whose [normal](Pose::normal) is along `n`, not of
+    /// length 1.
+    pub fn own_normal(&self, n: [f64; 3]) -> [f64; 3] {
+        self.linear.map(|axis| (0..3).map(|x| axis[x] * n[x]).sum())
+    }
+
     /// Returns the pose that applies `first` and then this one.
     pub(super) fn after(&self, first: &Self) -> Self {
         Self {
@@ -115,9 +130,35 @@ impl Pose {
     }
 }
 
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|x| a[(x + 1) % 3] * b[(x + 2) % 3] - a[(x + 2) % 3] * b[(x + 1) % 3])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn normals_stay_across_the_surface() {
+        let sheared = Pose {
+            linear: [[2.0, 0.0, 0.0], [1.0, -1.0, 0.0], [0.0, 0.5, 3.0]],
+            ..Pose::IDENTITY
+        };
+        for pose in [MIRRORED, sheared] {
+            let (p, q) = ([1.0, 2.0, 0.0], [0.0, -1.0, 4.0]);
+            let normal = pose.normal(cross(p, q));
+            for tangent in [p, q] {
+                let tangent = pose.vector(tangent);
+                let dot: f64 = (0..3).map(|x| normal[x] * tangent[x]).sum();
+                assert!(dot.abs() < 1e-12, "{dot}");
+            }
+            let own = pose.own_normal(normal);
+            let across = cross(own, cross(p, q));
+            assert!(across.iter().all(|v| v.abs() < 1e-9), "{own:?}");
+            let along: f64 = (0..3).map(|x| own[x] * cross(p, q)[x]).sum();
+            assert!(along > 0.0);
+        }
+    }
 
     /// A quarter turn about z, doubled, mirrored in x, and moved.
     const MIRRORED: Pose = Pose {

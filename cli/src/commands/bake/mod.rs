@@ -29,6 +29,7 @@ use jobs::{Job, Jobs};
 use model_baker::ModelBaker;
 use report::{Outcome, Outputs};
 pub use values::{face_size, resolution};
+pub(crate) use values::{in_range, named};
 
 use crate::backend::Backend;
 use crate::console::Console;

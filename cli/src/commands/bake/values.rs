@@ -6,7 +6,7 @@ use aogrid_grid_format::{FACE_SIZES, MAX_RESOLUTION, MAX_SELF_OFFSET, MIN_RESOLU
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 /// Returns a parser of the values of `all` by their names; an alias stands for the name behind it.
-pub(super) fn named<T, const N: usize>(
+pub(crate) fn named<T, const N: usize>(
     all: [T; N],
     name: fn(T) -> &'static str,
     aliases: &'static [(&'static str, &'static str)],
@@ -104,7 +104,7 @@ pub(super) fn share(text: &str) -> Result<f32, String> {
     }
 }
 
-pub(super) fn in_range(text: &str, range: RangeInclusive<u32>) -> Result<u32, String> {
+pub(crate) fn in_range(text: &str, range: RangeInclusive<u32>) -> Result<u32, String> {
     match text.parse() {
         Ok(n) if range.contains(&n) => Ok(n),
         _ => Err(format!("it must be a number in {range:?}")),

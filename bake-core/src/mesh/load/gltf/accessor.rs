@@ -3,6 +3,7 @@
 use gltf_json::Index;
 use gltf_json::accessor::{Accessor, ComponentType, Type};
 use gltf_json::buffer::View;
+use gltf_json::mesh::Semantic;
 use gltf_json::validation::Checked;
 
 use super::{GltfError, GltfFile};
@@ -44,6 +45,93 @@ impl GltfFile {
         }
         let numbers = self.elements::<1>(idx, accessor, component)?;
         Ok(numbers.into_iter().map(|[v]| v as u32).collect())
+    }
+
+    /// Returns the normals of a primitive's vertices, if it has any.
+    pub(in super::super) fn normals(
+        &self,
+        mesh: usize,
+        primitive: usize,
+    ) -> Result<Option<Vec<[f64; 3]>>, GltfError> {
+        match self.attribute(mesh, primitive, Semantic::Normals)? {
+            Some(idx) => Ok(Some(self.positions(idx)?)),
+            None => Ok(None),
+        }
+    }
+
+    /// Returns the colors of a primitive's vertices, if it has any.
+    pub(in super::super) fn colors(
+        &self,
+        mesh: usize,
+        primitive: usize,
+    ) -> Result<Option<Vec<[f32; 4]>>, GltfError> {
+        let Some(idx) = self.attribute(mesh, primitive, Semantic::Colors(0))? else {
+            return Ok(None);
+        };
+        let accessor = self.accessor(idx)?;
+        let component = component(idx, accessor)?;
+        let colors = match accessor.type_ {
+            Checked::Valid(Type::Vec3) => {
+                let colors = self.elements::<3>(idx, accessor, component)?;
+                colors.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect()
+            }
+            Checked::Valid(Type::Vec4) => self.elements::<4>(idx, accessor, component)?,
+            _ => return Err(fault(idx, "its elements are not colors")),
+        };
+        Ok(Some(
+            colors.into_iter().map(|c| c.map(|v| v as f32)).collect(),
+        ))
+    }
+
+    /// Returns a set of texture coordinates of a primitive's vertices.
+    pub(in super::super) fn texture_coordinates(
+        &self,
+        mesh: usize,
+        primitive: usize,
+        set: u32,
+    ) -> Result<Vec<[f32; 2]>, GltfError> {
+        let Some(idx) = self.attribute(mesh, primitive, Semantic::TexCoords(set))? else {
+            return Err(GltfError::NoCoordinates {
+                mesh,
+                primitive,
+                set,
+            });
+        };
+        let accessor = self.accessor(idx)?;
+        let component = component(idx, accessor)?;
+        if accessor.type_ != Checked::Valid(Type::Vec2) {
+            return Err(fault(idx, "its elements are not texture coordinates"));
+        }
+        let coordinates = self.elements::<2>(idx, accessor, component)?;
+        Ok(coordinates
+            .into_iter()
+            .map(|c| c.map(|v| v as f32))
+            .collect())
+    }
+
+    /// Returns the accessor of an attribute of a primitive that was read before, if it has one: with an
+    /// element for each position.
+    fn attribute(
+        &self,
+        mesh: usize,
+        primitive: usize,
+        semantic: Semantic,
+    ) -> Result<Option<usize>, GltfError> {
+        let attributes = &self.root.meshes[mesh].primitives[primitive].attributes;
+        let of = |semantic| {
+            attributes
+                .get(&Checked::Valid(semantic))
+                .map(|idx| idx.value())
+        };
+        let count = of(Semantic::Positions).and_then(|idx| Some(self.accessor(idx).ok()?.count.0));
+        match of(semantic) {
+            Some(idx) if Some(self.accessor(idx)?.count.0) == count => Ok(Some(idx)),
+            Some(idx) => Err(fault(
+                idx,
+                "it has not as many elements as there are positions",
+            )),
+            None => Ok(None),
+        }
     }
 
     fn accessor(&self, idx: usize) -> Result<&Accessor, GltfError> {

@@ -88,6 +88,19 @@ pub enum GltfError {
         /// The reason.
         reason: &'static str,
     },
+    /// A primitive has no texture coordinates.
+    #[error(
+        "mesh {mesh}, primitive {primitive}: it has no texture coordinates {set}; unwrap it, or bake at \
+         vertices"
+    )]
+    NoCoordinates {
+        /// The mesh's index.
+        mesh: usize,
+        /// The primitive's index.
+        primitive: usize,
+        /// The set's number.
+        set: u32,
+    },
     /// A node is its own ancestor or has two parents.
     #[error("node {0} is its own ancestor or has two parents")]
     NotATree(usize),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use gltf_json::{Node, Scene};
 
 use super::super::parts::unique_names;
-use super::super::{Parsed, PartMesh, Pose, single_rounding};
+use super::super::{Parsed, PartMesh, Pose, PosedPrimitive, single_rounding};
 use super::shapes::{Notes, Shape};
 use super::{GltfError, GltfFile};
 use crate::mesh::{MeshError, Part, TriangleMesh};
@@ -35,6 +35,7 @@ struct Walk<'a> {
     triangles: Vec<[u32; 3]>,
     parts: Vec<Part>,
     posed: Vec<Result<PartMesh, MeshError>>,
+    primitives: Vec<PosedPrimitive>,
     notes: Notes,
     warnings: Vec<String>,
     skinned: usize,
@@ -55,6 +56,7 @@ impl<'a> Walk<'a> {
             triangles: vec![],
             parts: vec![],
             posed: vec![],
+            primitives: vec![],
             notes: Notes::default(),
             warnings: vec![],
             skinned: 0,
@@ -163,6 +165,15 @@ impl<'a> Walk<'a> {
         self.instanced += usize::from(has_extension(node, "EXT_mesh_gpu_instancing"));
         let first = self.positions.len() as u32;
         let start = self.triangles.len();
+        let primitives = shape.primitives.iter();
+        self.primitives
+            .extend(primitives.map(|(primitive, range)| PosedPrimitive {
+                node: idx,
+                mesh,
+                primitive: *primitive,
+                vertices: range.start + first as usize..range.end + first as usize,
+                pose,
+            }));
         let (positions, triangles) = posed(shape, &pose);
         self.positions.extend(positions);
         self.triangles
@@ -234,6 +245,7 @@ impl<'a> Walk<'a> {
         Ok(Parsed {
             mesh,
             posed: self.posed,
+            primitives: self.primitives,
             warnings,
             rounding: rounding.fold(0.0, f64::max) * self.largest_scale,
         })

@@ -1,6 +1,7 @@
 //! The triangles of glTF meshes, without the nodes that pose them.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use gltf_json::Value;
 use gltf_json::accessor::{ComponentType, GenericComponentType};
@@ -16,6 +17,8 @@ use super::{GltfError, GltfFile};
 pub(super) struct Shape {
     pub positions: Vec<[f64; 3]>,
     pub triangles: Vec<[u32; 3]>,
+    /// The primitives with triangles, by their index in the mesh, and the positions of each.
+    pub primitives: Vec<(usize, Range<usize>)>,
 }
 
 /// The properties of the meshes read so far that a bake treats otherwise than a renderer.
@@ -59,9 +62,13 @@ impl GltfFile {
         let found = self.root.meshes.get(mesh);
         let primitives = &found.ok_or(GltfError::Missing("mesh", mesh))?.primitives;
         let mut shape = Shape::default();
-        for primitive in primitives {
+        for (idx, primitive) in primitives.iter().enumerate() {
             self.note(primitive, notes);
+            let first = shape.positions.len();
             self.primitive(mesh, primitive, &mut shape, notes)?;
+            if shape.positions.len() > first {
+                shape.primitives.push((idx, first..shape.positions.len()));
+            }
         }
         Ok(shape)
     }

@@ -1,0 +1,104 @@
+//! The report of a surface bake: a line for people, JSON for machines.
+
+use std::time::Duration;
+
+use aogrid_bake_core::surface::{FaceCenters, VertexRecords};
+use aogrid_baker_cpu::SurfaceBake;
+use serde::Serialize;
+
+use super::{Args, Bake};
+use crate::console::Console;
+
+/// The numbers of a bake.
+#[derive(Serialize, Default)]
+pub(super) struct Report {
+    file: String,
+    out: String,
+    points: usize,
+    rays: u64,
+    seconds: f64,
+    rays_per_second: f64,
+    threads: usize,
+    kernel: &'static str,
+    weights: &'static str,
+    directions: &'static str,
+    offset: f64,
+    /// The mean accessibility of the points.
+    mean: f64,
+    /// The share of points none of whose directions are open.
+    buried: f64,
+    /// The number of triangles without an area.
+    flat_faces: usize,
+    /// The number of vertices whose faces all have no area, and of vertices of no face.
+    filled_vertices: usize,
+    unused_vertices: usize,
+}
+
+impl Report {
+    pub(super) fn new(faces: &FaceCenters) -> Self {
+        Self {
+            flat_faces: faces.flat,
+            ..Self::default()
+        }
+    }
+
+    pub(super) fn baked(&mut self, bake: &SurfaceBake, time: Duration) {
+        let n = bake.records.len();
+        let values = bake.records.iter().map(|r| f64::from(r.accessibility));
+        let buried = bake.records.iter().filter(|r| r.is_buried()).count();
+        self.points = n;
+        self.rays = bake.rays;
+        self.seconds = time.as_secs_f64();
+        self.rays_per_second = bake.rays as f64 / self.seconds.max(f64::MIN_POSITIVE);
+        self.threads = rayon::current_num_threads();
+        self.kernel = bake.kernel.name();
+        self.mean = values.sum::<f64>() / n.max(1) as f64;
+        self.buried = buried as f64 / n.max(1) as f64;
+    }
+
+    pub(super) fn vertices(&mut self, vertices: &VertexRecords) {
+        self.filled_vertices = vertices.filled;
+        self.unused_vertices = vertices.unused;
+    }
+
+    /// Adds what the bake was asked for.
+    pub(super) fn outline(&mut self, file: &str, args: &Args, bake: &Bake<'_>) {
+        self.file = file.to_owned();
+        self.out = args.out.display().to_string();
+        self.weights = bake.options.weights.name();
+        self.directions = bake.options.directions.name();
+        self.offset = bake.offset;
+    }
+
+    pub(super) fn print(&self, console: &Console, json: bool) -> anyhow::Result<()> {
+        if json {
+            return console.json(self);
+        }
+        let million = |n: f64| n / 1e6;
+        console.result(&format!(
+            "{}: {} points, {:.1} million rays ({}) in {:.2} s: {:.1} million a second; mean \
+             accessibility {:.4}, {:.1} % of the points buried",
+            self.out,
+            self.points,
+            million(self.rays as f64),
+            self.kernel,
+            self.seconds,
+            million(self.rays_per_second),
+            self.mean,
+            100.0 * self.buried,
+        ));
+        for (count, text) in [
+            (self.flat_faces, "faces have no area"),
+            (
+                self.filled_vertices,
+                "vertices have only such faces: they have the mean of their neighbors",
+            ),
+            (self.unused_vertices, "vertices have no face: they are open"),
+        ] {
+            if count > 0 {
+                console.note(&format!("{count} {text}"));
+            }
+        }
+        Ok(())
+    }
+}

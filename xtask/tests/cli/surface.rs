@@ -1,0 +1,163 @@
+//! Baking surfaces: outputs, options, errors.
+
+use std::fs;
+use std::path::Path;
+
+use aogrid_tests::{files_with_ending, shared};
+use serde_json::Value;
+
+use super::odd_inputs::limited;
+use super::{fails, ok, one_line_error, run, with_sample};
+
+/// Returns the number after `key` in a JSON report.
+fn number(report: &str, key: &str) -> f64 {
+    let report: Value = serde_json::from_str(report).unwrap();
+    report[key].as_f64().unwrap_or_else(|| panic!("{key}"))
+}
+
+#[test]
+fn a_ply_has_values_that_depend_on_neither_kernel_nor_threads() {
+    let (folder, model) = with_sample("table");
+    let at = |name: &str| folder.path().join(name);
+    let bake = |options: &str, out: &str| {
+        let line = format!("bake-surface {{}} -o {{}} --rays 64 --color --json {options}");
+        let report = ok(&line, &[&model, &at(out)]);
+        (report, fs::read(at(out)).unwrap())
+    };
+    let (report, expected) = bake("--threads 1", "a.ply");
+    // The tops of four legs, two faces each, lie against the table's top.
+    let buried = number(&report, "buried");
+    assert!((buried - 8.0 / 60.0).abs() < 1e-12, "{buried}");
+    let mean = number(&report, "mean");
+    assert!((0.5..0.9).contains(&mean), "{mean}");
+    for options in ["--threads 5", "--kernel rays", "--kernel zbuffer"] {
+        assert_eq!(bake(options, "b.ply").1, expected, "{options}");
+    }
+    let (report, on_ground) = bake("--ground", "b.ply");
+    assert_ne!(on_ground, expected);
+    // The feet stand on the ground; everything sees less.
+    assert!(number(&report, "buried") > buried && number(&report, "mean") < mean);
+    let (report, shaded) = bake("--at faces --directions stratified --seed 3", "c.ply");
+    assert!((number(&report, "mean") - mean).abs() < 0.01);
+    assert_ne!(shaded.len(), expected.len());
+    // A PLY that was written is a model, too.
+    ok("info {}", &[&at("c.ply")]);
+}
+
+#[test]
+fn other_models_occlude() {
+    let (folder, model) = with_sample("box");
+    let at = |name: &str| folder.path().join(name);
+    let alone = ok("bake-surface {} -o {} --json", &[&model, &at("a.ply")]);
+    assert_eq!(number(&alone, "mean"), 1.0);
+    // The same box around itself hides half of the sky or all of it: its faces coincide.
+    let line = "bake-surface {} -o {} --json --offset 0.01 --occluders {}";
+    fs::write(
+        at("room.obj"),
+        "v -9 2 -9\nv 9 2 -9\nv 9 2 9\nv -9 2 9\nf 1 2 3 4\n",
+    )
+    .unwrap();
+    let below = ok(line, &[&model, &at("a.ply"), &at("room.obj")]);
+    let mean = number(&below, "mean");
+    assert!((0.4..0.8).contains(&mean), "{mean}");
+}
+
+#[test]
+fn a_glb_keeps_all_that_it_had() {
+    let Some(models) = shared("data/meshes") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out.glb");
+    // Two nodes of the truck share a mesh; the fox is skinned.
+    for (name, nodes) in [("CesiumMilkTruck.glb", 1), ("Fox_skinned.glb", 0)] {
+        let model = models.join(name);
+        ok("bake-surface {} -o {} --rays 16", &[&model, &out]);
+        let [old, new] = [&model, &out].map(|path| json(path));
+        let count = |file: &Value, key: &str| file[key].as_array().map_or(0, Vec::len);
+        assert_eq!(count(&new, "meshes"), count(&old, "meshes") + nodes);
+        for key in [
+            "materials",
+            "textures",
+            "images",
+            "animations",
+            "skins",
+            "scenes",
+        ] {
+            assert_eq!(new[key], old[key], "{name}: {key}");
+        }
+        let attributes = &new["meshes"][0]["primitives"][0]["attributes"];
+        assert!(attributes["_ACCESSIBILITY"].is_u64() && attributes["_BENT_NORMAL"].is_u64());
+        assert!(attributes["COLOR_0"].is_null());
+        assert_eq!(new["asset"]["extras"]["aogrid"]["weights"], "cosine");
+        // What was baked once can be baked again.
+        let again = folder.path().join("again.glb");
+        ok("bake-surface {} -o {} --rays 16 --color", &[&out, &again]);
+        let colored = json(&again);
+        assert!(colored["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"].is_u64());
+    }
+}
+
+/// Returns the JSON of a GLB file.
+fn json(path: &Path) -> Value {
+    let bytes = fs::read(path).unwrap();
+    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    serde_json::from_slice(&bytes[20..20 + length]).unwrap()
+}
+
+#[test]
+fn errors_are_one_line_that_says_what_to_do() {
+    let (folder, model) = with_sample("box");
+    let at = |name: &str| folder.path().join(name);
+    let glb = fails("bake-surface {} -o {}", &[&model, &at("a.glb")]);
+    assert!(glb.contains("box.obj") && glb.contains("PLY"), "{glb}");
+    for (options, out, expected) in [
+        ("", "a.obj", ".glb or .ply"),
+        ("--at faces", "a.glb", "--at faces"),
+        ("--at faces --vertices own", "a.ply", "--vertices"),
+        ("--seed 1", "a.ply", "--seed"),
+        (
+            "--kernel zbuffer --directions rejection",
+            "a.ply",
+            "--kernel",
+        ),
+        ("", "box.obj", ".glb or .ply"),
+    ] {
+        let line = format!("bake-surface {{}} -o {{}} {options}");
+        let error = fails(&line, &[&model, &at(out)]);
+        assert!(error.contains(expected), "{error}");
+        assert!(!at("a.ply").exists());
+    }
+    ok("bake-surface {} -o {} --rays 1", &[&model, &at("a.ply")]);
+    let same = fails("bake-surface {} -o {}", &[&at("a.ply"), &at("a.ply")]);
+    assert!(same.contains("it is the input"), "{same}");
+    let usage = run("bake-surface {} -o {} --rays 0", &[&model, &at("b.ply")]);
+    assert_eq!(usage.status.code(), Some(2));
+}
+
+#[test]
+fn odd_files_give_a_result_or_one_line() {
+    let Some(folder) = shared("data/odd") else {
+        return;
+    };
+    let out = tempfile::tempdir().unwrap();
+    let (mut read, mut refused) = (0, 0);
+    for (files, ending, out) in [
+        ("obj", ".obj", out.path().join("odd.ply")),
+        ("gltf", ".glb", out.path().join("odd.glb")),
+    ] {
+        for path in files_with_ending(&folder.join(files), ending) {
+            let args = ["bake-surface", "-o", "--rays", "8", "--quiet"].map(Path::new);
+            let [command, o, rays, eight, quiet] = args;
+            let output = limited(&[command, &path, o, &out, rays, eight, quiet]);
+            match output.status.success() {
+                true => read += 1,
+                false => {
+                    one_line_error(&output, &path.display().to_string());
+                    refused += 1;
+                }
+            }
+        }
+    }
+    assert!(read > 40 && refused > 20, "{read} read, {refused} refused");
+}
