@@ -23,14 +23,15 @@ mod memory;
 pub mod npy;
 #[doc(hidden)]
 pub mod output;
+mod panels;
 mod usage;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use commands::{
-    adapters, bake, bake_surface, compare, completions, diff, export, info, man, model, render,
-    slices, verify,
+    adapters, bake, bake_surface, compare, completions, diff, export, info, man, model, preview,
+    render, slices, verify,
 };
 
 #[doc(hidden)]
@@ -71,6 +72,7 @@ pub enum Command {
     Verify(verify::Args),
     Diff(diff::Args),
     Slices(slices::Args),
+    Preview(preview::Args),
     #[command(alias = "sample")]
     Model(model::Args),
     Export(export::Args),
@@ -93,6 +95,7 @@ impl Command {
             Self::Verify(args) => verify::run(args, console),
             Self::Diff(args) => diff::run(args, console),
             Self::Slices(args) => slices::run(args, console),
+            Self::Preview(args) => preview::run(args, console),
             Self::Model(args) => model::run(args, console),
             Self::Export(args) => export::run(args, console),
             Self::Render(args) => render::run(args, console),

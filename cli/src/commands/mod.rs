@@ -10,6 +10,7 @@ pub(crate) mod export;
 pub(crate) mod info;
 pub(crate) mod man;
 pub(crate) mod model;
+pub(crate) mod preview;
 pub(crate) mod render;
 pub(crate) mod slices;
 pub(crate) mod verify;

@@ -229,3 +229,22 @@ fn samples_are_refined_or_refused() {
     assert!(fails("sample torus -o {} --triangles 3 --force", &[&obj]).contains("at least"));
     assert_eq!(run("sample pyramid -o {}", &[&obj]).status.code(), Some(2));
 }
+
+#[test]
+fn preview_draws_a_model_and_reports_its_error() {
+    let (folder, model) = with_sample("table");
+    let picture = folder.path().join("table.png");
+    let command = "preview {} -o {} --preset economy --error 0.1 --json";
+    let json: Value = serde_json::from_str(&ok(command, &[&model, &picture])).unwrap();
+    assert_eq!(json["resolution"], serde_json::json!([16, 16, 16]));
+    assert_eq!(json["bytes"], 16 << 10);
+    // The truth has errors of 0.1 here; a grid that shades nothing is off by more.
+    let all = &json["errors"]["all"];
+    assert!(all["rmse"].as_f64().unwrap() < 0.15, "{all}");
+    let picture = image::open(&picture).unwrap().to_rgb8();
+    assert_eq!(picture.dimensions(), (1292, 1081));
+    let again = fails(command, &[&model, &folder.path().join("table.png")]);
+    assert!(again.contains("--force"), "{again}");
+    let missing = fails("preview {} -o x.png", &[&folder.path().join("none.obj")]);
+    assert!(missing.contains("none.obj"), "{missing}");
+}

@@ -1,7 +1,7 @@
 //! `slices`: a picture of a grid's slices for visual inspection.
 
 mod inside;
-mod outline;
+pub(crate) mod outline;
 mod sheet;
 
 use std::io::Cursor;

@@ -2,12 +2,12 @@
 
 use aogrid_bake_core::TriangleMesh;
 
-/// Returns the segments, in (x, y), in which the plane at height `z` cuts the mesh's triangles.
-pub(super) fn cut(mesh: &TriangleMesh, z: f64) -> Vec<[[f64; 2]; 2]> {
-    let triangles = mesh
-        .corners()
-        .map(|t| t.map(|corner| corner.map(f64::from)));
-    triangles.filter_map(|t| cut_triangle(t, z)).collect()
+/// Returns the segments in which the plane across `axis` at the coordinate `at` cuts the mesh's
+/// triangles, in the coordinates of the next two axes: (x, y) across z.
+pub(crate) fn cut(mesh: &TriangleMesh, axis: usize, at: f64) -> Vec<[[f64; 2]; 2]> {
+    let turned = |corner: [f32; 3]| [1, 2, 3].map(|i| f64::from(corner[(axis + i) % 3]));
+    let triangles = mesh.corners().map(|t| t.map(turned));
+    triangles.filter_map(|t| cut_triangle(t, at)).collect()
 }
 
 /// Returns the segment in which the plane cuts a triangle, if it does.

@@ -288,7 +288,7 @@ fn draw_outline(
         let v = (y - f64::from(cy)) / f64::from(ey) * 0.5 + 0.5;
         [u * f64::from(tile[0]), (1.0 - v) * f64::from(tile[1])]
     };
-    for segment in outline::cut(mesh, z) {
+    for segment in outline::cut(mesh, 2, z) {
         canvas.line(origin, tile, segment.map(pixel), color);
     }
 }
