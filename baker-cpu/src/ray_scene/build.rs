@@ -17,9 +17,13 @@ const PADDING: f64 = 1.0 / 65536.0;
 const MAX_REACH: f64 = 1e6;
 
 /// Returns the extent of scaled triangles.
-pub(super) fn extent(triangles: &[[[f64; 3]; 3]]) -> Extent {
-    let all = triangles.as_flattened().as_flattened().iter();
-    let reach = all.fold(0.0, |reach: f64, v| reach.max(v.abs()));
+pub(super) fn extent(triangles: impl Iterator<Item = [[f64; 3]; 3]>) -> Extent {
+    let sizes = triangles.map(|t| {
+        t.as_flattened()
+            .iter()
+            .fold(0.0, |max: f64, v| max.max(v.abs()))
+    });
+    let reach = sizes.fold(0.0, f64::max);
     Extent {
         // An infinite error leaves everything to double precision.
         reach: if reach > MAX_REACH {

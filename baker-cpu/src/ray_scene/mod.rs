@@ -78,23 +78,25 @@ impl RayScene {
         let corners =
             |t: u32| mesh.triangles()[t as usize].map(|v| local(mesh.positions()[v as usize]));
         let distinct = distinct_triangles(mesh);
-        let triangles: Vec<_> = distinct.iter().map(|&t| corners(t)).collect();
-        let extent = extent(&triangles);
+        let extent = extent(distinct.iter().map(|&t| corners(t)));
         let boxes: Vec<_> = (0..)
-            .zip(&triangles)
-            .map(|(idx, corners)| padded_box(corners, idx, extent))
+            .zip(&distinct)
+            .map(|(idx, &t)| padded_box(&corners(t), idx, extent))
             .collect();
         let params = BvhBuildParams::medium_build();
         let binary = build_bvh2(&boxes, params, &mut Duration::default());
+        drop(boxes);
+        let order = binary.primitive_indices.iter();
+        let indices: Vec<_> = order.map(|&t| distinct[t as usize]).collect();
+        drop(distinct);
         // Corners in the order of the leaves keep the memory accesses of a traversal local.
-        let order = || binary.primitive_indices.iter().map(|&t| t as usize);
-        let triangles: Vec<_> = order().map(|t| triangles[t]).collect();
+        let triangles: Vec<_> = indices.iter().map(|&t| corners(t)).collect();
         Self {
             level,
             tree: Tree::new(&binary, &triangles),
             extent,
             triangles,
-            indices: order().map(|t| distinct[t]).collect(),
+            indices,
             origin: mesh.origin(),
             center,
             scale,
