@@ -24,6 +24,8 @@ pub mod glb;
 mod groups;
 mod options;
 mod record;
+mod tangents;
+mod texels;
 mod vector;
 mod vertices;
 
@@ -32,6 +34,10 @@ pub use faces::{FaceCenters, face_centers};
 pub use groups::VertexGroups;
 pub use options::{SURFACE_RAYS, SurfaceOptions, SurfaceOptionsError};
 pub use record::{Accumulator, SurfaceRecord, Weights};
+pub use tangents::TangentFrames;
+pub use texels::{
+    MAX_TEXEL_SAMPLES, TexelPoints, TexelSampling, dilate, texel_means, texel_points,
+};
 pub use vector::{cross, dot, normalized};
 pub use vertices::{VertexMean, VertexPoints, VertexRecords, vertex_means, vertex_points};
 

@@ -53,7 +53,8 @@ impl Pose {
         std::array::from_fn(|x| linear[x] + self.translation[x])
     }
 
-    fn vector(&self, v: [f64; 3]) -> [f64; 3] {
+    /// Returns the image of a direction along the surface.
+    pub(super) fn vector(&self, v: [f64; 3]) -> [f64; 3] {
         std::array::from_fn(|x| (0..3).map(|c| self.linear[c][x] * v[c]).sum())
     }
 

@@ -69,6 +69,33 @@ impl MeshFile {
         Ok(Some(all))
     }
 
+    /// Returns the tangents of all vertices of `loaded`, which was parsed from this file, in the frame of
+    /// the whole, with the sign of the bitangent in the fourth number. `None` unless all primitives have
+    /// them.
+    ///
+    /// # Errors
+    ///
+    /// An accessor of tangents is malformed.
+    pub fn tangents(&self, loaded: &LoadedMesh) -> Result<Option<Vec<[f32; 4]>>, GltfError> {
+        let Content::Gltf(file) = &self.content else {
+            return Ok(None);
+        };
+        let mut all = vec![[0.0; 4]; loaded.mesh.positions().len()];
+        for posed in &loaded.primitives {
+            let Some(own) = file.tangents(posed.mesh, posed.primitive)? else {
+                return Ok(None);
+            };
+            let flip = posed.pose.determinant().signum();
+            for (to, [x, y, z, sign]) in all[posed.vertices.clone()].iter_mut().zip(own) {
+                let [x, y, z] = posed.pose.vector([x, y, z]);
+                let length = (x * x + y * y + z * z).sqrt();
+                let length = if length > 0.0 { length } else { 1.0 };
+                *to = [x / length, y / length, z / length, sign * flip].map(|v| v as f32);
+            }
+        }
+        Ok(Some(all))
+    }
+
     /// Returns the colors of the vertices of a glTF primitive, the attribute `COLOR_0` with an alpha of 1
     /// where it has none; `None` if it has no colors.
     ///

@@ -3,6 +3,7 @@
 use aogrid_bake_core::TriangleMesh;
 use aogrid_bake_core::surface::{SurfacePoint, dot};
 
+use super::order::z_curve;
 use crate::surface::directions::tangents;
 
 /// The mesh and the points, relative to the mesh's center and scaled by a power of two so that all
@@ -42,6 +43,27 @@ impl Scaled {
             points,
             scale,
         }
+    }
+
+    /// Sorts the triangles by their centers, and the vertices by their first triangles.
+    pub(super) fn sort_triangles(&mut self) {
+        let center = |[a, b, c]: &[u32; 3]| {
+            let [a, b, c] = [a, b, c].map(|v| self.vertices[*v as usize]);
+            [0, 1, 2].map(|x| (a[x] + b[x] + c[x]) / 3.0)
+        };
+        let order = z_curve(self.triangles.iter().map(center));
+        let (mut vertices, mut new) = (Vec::new(), vec![u32::MAX; self.vertices.len()]);
+        let mut renumber = |vertex: u32| {
+            let new = &mut new[vertex as usize];
+            if *new == u32::MAX {
+                *new = vertices.len() as u32;
+                vertices.push(self.vertices[vertex as usize]);
+            }
+            *new
+        };
+        let triangles = order.into_iter().map(|idx| self.triangles[idx as usize]);
+        self.triangles = triangles.map(|t| t.map(&mut renumber)).collect();
+        self.vertices = vertices;
     }
 }
 

@@ -26,6 +26,7 @@
 
 mod bins;
 mod frame;
+mod order;
 mod simd;
 mod triangle;
 
@@ -66,7 +67,16 @@ pub(super) fn trace(
     options: &SurfaceOptions,
     observer: Observer<'_>,
 ) -> Result<Vec<Accumulator>, BakeError> {
-    let scaled = Scaled::new(mesh, points);
+    let mut scaled = Scaled::new(mesh, points);
+    // Neighbors in space fall into the same cells: in memory they share cache lines then.
+    let order = order::z_curve(scaled.points.iter().copied());
+    scaled.points = order
+        .iter()
+        .map(|idx| scaled.points[*idx as usize])
+        .collect();
+    scaled.sort_triangles();
+    let sorted: Vec<_> = order.iter().map(|idx| points[*idx as usize]).collect();
+    let points = &sorted;
     let job = Job {
         rays: RayScene::new(mesh),
         points,
@@ -100,7 +110,11 @@ pub(super) fn trace(
             }
         });
     }
-    Ok(sums)
+    let mut in_order = sums.clone();
+    for (idx, sum) in order.into_iter().zip(sums) {
+        in_order[idx as usize] = sum;
+    }
+    Ok(in_order)
 }
 
 /// The occluded points of a direction and its opposite.

@@ -10,23 +10,24 @@ use clap::ValueEnum;
 use crate::commands::bake::{in_range, named};
 use crate::commands::render::positive;
 
-/// Bake accessibility and bent normals onto a model's surface, at its vertices or faces
+/// Bake accessibility and bent normals onto a model's surface: at vertices, faces or texels
 ///
 /// Accessibility is the share of the hemisphere over a point that no surface hides, the bent normal the
 /// mean of the open directions. A GLB is written as it was, with both as attributes of its vertices; a
-/// PLY holds the mesh alone.
+/// PLY holds the mesh alone; a PNG or EXR is a texture.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// The model: OBJ, glTF, GLB, STL or PLY, or .gz of them; a GLB where a GLB is to be written
     #[arg(value_name = "MODEL")]
     pub model: PathBuf,
-    /// The file to write: .glb or .ply
+    /// The file to write: .glb, .ply, .png or .exr
     #[arg(short, long, value_name = "OUT")]
     pub out: PathBuf,
-    /// Place of the values; those of faces need a PLY
-    #[arg(long, value_enum, default_value_t = At::Vertices)]
-    pub at: At,
+    /// Place of the values; those of faces need a PLY, those of texels a PNG or EXR [default: texels for
+    /// a PNG or EXR, else vertices]
+    #[arg(long, value_enum)]
+    pub at: Option<At>,
     /// Values of a vertex: the mean over its faces by their area, the plain mean, as printed in the
     /// chapter, or from rays of its own along its normal [default: area]
     #[arg(long, value_enum)]
@@ -66,6 +67,29 @@ pub(crate) struct Args {
     /// direct light, too
     #[arg(long)]
     pub color: bool,
+    /// Texels along a texture's side, 1 to 16384 [default: 1024]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=16_384))]
+    pub size: Option<u32>,
+    /// Set of texture coordinates [default: 0]
+    #[arg(long, value_name = "SET")]
+    pub uv: Option<u32>,
+    /// Samples a texel: 1, 4 or 16 [default: 4]
+    #[arg(long, value_parser = samples)]
+    pub samples: Option<u32>,
+    /// Texels by which charts grow, so that filters see no background [default: 16]
+    #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(0..=1024))]
+    pub dilate: Option<u32>,
+    /// PNG for the bent normals of texels, beside that of accessibility; an EXR has both
+    #[arg(long, value_name = "PNG")]
+    pub bent_normals: Option<PathBuf>,
+    /// Frame of a texture's bent normals: the tangents of the file or else of MikkTSpace, or the mesh
+    /// [default: tangent]
+    #[arg(long, value_enum)]
+    pub space: Option<Space>,
+    /// Green of a texture's bent normals: up in the picture as in OpenGL, glTF and Godot, or down as in
+    /// DirectX [default: gl]
+    #[arg(long, value_enum)]
+    pub convention: Option<Convention>,
     /// Threads to work with [default: as many as there are processors]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
@@ -78,7 +102,7 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Examples:
   aogrid bake-surface robot.glb -o robot-ao.glb --ground
-  aogrid bake-surface assets/table.obj -o table.ply --color
+  aogrid bake-surface robot.glb -o robot-ao.png --size 2048 --bent-normals robot-bent.png
   aogrid bake-surface assets/table.obj -o faces.ply --at faces --directions rejection --weights uniform";
 
 /// The place of values.
@@ -86,6 +110,21 @@ Examples:
 pub(crate) enum At {
     Vertices,
     Faces,
+    Texels,
+}
+
+/// The frame of a texture's bent normals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Space {
+    Tangent,
+    Object,
+}
+
+/// The direction of a texture's green.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Convention {
+    Gl,
+    Dx,
 }
 
 /// The source of a vertex's values.
@@ -108,6 +147,15 @@ pub(crate) enum Kernel {
 pub(super) enum OutputKind {
     Glb,
     Ply,
+    Png,
+    Exr,
+}
+
+fn samples(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        Ok(n @ (1 | 4 | 16)) => Ok(n),
+        _ => Err("it must be 1, 4 or 16".into()),
+    }
 }
 
 fn rays(text: &str) -> Result<u32, String> {
@@ -122,17 +170,51 @@ impl Args {
         let kind = match ending.to_ascii_lowercase().to_str() {
             Some("glb") => OutputKind::Glb,
             Some("ply") => OutputKind::Ply,
-            _ => bail!("{shown}: its name must end in .glb or .ply"),
+            Some("png") => OutputKind::Png,
+            Some("exr") => OutputKind::Exr,
+            _ => bail!("{shown}: its name must end in .glb, .ply, .png or .exr"),
         };
-        let faces = self.at == At::Faces;
+        self.check_place(kind)?;
+        self.check_directions()?;
+        Ok(kind)
+    }
+
+    /// Checks that the options of places fit the kind of output.
+    fn check_place(&self, kind: OutputKind) -> anyhow::Result<()> {
+        let shown = self.out.display();
+        let is_texture = matches!(kind, OutputKind::Png | OutputKind::Exr);
+        let at = self.at(kind);
         ensure!(
-            !(faces && kind == OutputKind::Glb),
-            "{shown}: a GLB has values at vertices only: leave out --at faces, or name a PLY"
+            !(at == At::Faces && kind != OutputKind::Ply),
+            "{shown}: faces have values in a PLY only: leave out --at faces, or name a PLY"
         );
         ensure!(
-            !(faces && self.vertices.is_some()),
-            "--vertices needs values at vertices: leave out --at faces"
+            (at == At::Texels) == is_texture,
+            "{shown}: texels are written to .png or .exr, and nothing else is: change --at or the name"
         );
+        ensure!(
+            at == At::Vertices || self.vertices.is_none(),
+            "--vertices needs values at vertices: name a GLB or a PLY, without another --at"
+        );
+        if let Some(option) = self.texel_options().filter(|_| !is_texture) {
+            bail!("{shown}: {option} is for textures: leave it out, or name a PNG or EXR");
+        }
+        ensure!(
+            !(is_texture && self.color),
+            "--color is for vertices and faces: leave it out; a texture has accessibility itself"
+        );
+        ensure!(
+            kind == OutputKind::Png || self.bent_normals.is_none(),
+            "--bent-normals goes with a PNG: leave it out; an EXR has them, too"
+        );
+        ensure!(
+            !(self.space == Some(Space::Object) && self.convention.is_some()),
+            "--convention needs --space tangent: leave one of them out"
+        );
+        Ok(())
+    }
+
+    fn check_directions(&self) -> anyhow::Result<()> {
         ensure!(
             !(self.seed.is_some() && self.directions == Directions::Shared),
             "--seed needs random directions: add --directions stratified, or leave it out"
@@ -141,7 +223,35 @@ impl Args {
             !(self.kernel == Kernel::Zbuffer && self.directions != Directions::Shared),
             "--kernel zbuffer needs shared directions: leave out --kernel or --directions"
         );
-        Ok(kind)
+        Ok(())
+    }
+
+    /// Returns the place of the values.
+    pub(super) fn at(&self, kind: OutputKind) -> At {
+        self.at.unwrap_or(match kind {
+            OutputKind::Png | OutputKind::Exr => At::Texels,
+            OutputKind::Glb | OutputKind::Ply => At::Vertices,
+        })
+    }
+
+    /// Returns an option that is for textures alone, if there is one.
+    fn texel_options(&self) -> Option<&'static str> {
+        let options = [
+            (self.size.is_some(), "--size"),
+            (self.uv.is_some(), "--uv"),
+            (self.samples.is_some(), "--samples"),
+            (self.dilate.is_some(), "--dilate"),
+            (self.bent_normals.is_some(), "--bent-normals"),
+            (self.space.is_some(), "--space"),
+            (self.convention.is_some(), "--convention"),
+        ];
+        let given = options.into_iter().find(|(is_given, _)| *is_given);
+        given.map(|(_, name)| name)
+    }
+
+    /// Returns the frame of a texture's bent normals.
+    pub(super) fn space(&self) -> Space {
+        self.space.unwrap_or(Space::Tangent)
     }
 
     /// Returns the options of the bake, without a ground.

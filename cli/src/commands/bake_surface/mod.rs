@@ -5,11 +5,12 @@ mod casters;
 mod glb;
 mod ply;
 mod report;
+mod texels;
 
 use std::path::Path;
 use std::time::Instant;
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use aogrid_bake_core::mesh::{LoadedMesh, MeshFile};
 use aogrid_bake_core::surface::{
     FaceCenters, SurfaceOptions, SurfacePoint, SurfaceRecord, VertexGroups, default_offset,
@@ -28,10 +29,7 @@ use crate::{interrupt, output};
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let kind = args.kind()?;
-    output::check(&args.out)?;
-    for input in [&args.model].into_iter().chain(&args.occluders) {
-        output::check_not_input(&args.out, input)?;
-    }
+    check_outputs(args)?;
     use_threads(args.threads)?;
     interrupt::listen();
     let shown = args.model.display().to_string();
@@ -43,22 +41,53 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     // A file that cannot be written to is refused before the bake.
     let source = match kind {
         OutputKind::Glb => Some(glb::read(&args.model, &loaded)?),
-        OutputKind::Ply => None,
+        _ => None,
     };
     let normals = file.normals(&loaded).with_context(|| shown.clone())?;
     let groups = VertexGroups::new(&loaded.mesh, normals);
     let bake = Bake::new(args, &loaded, console)?;
-    let (values, mut report) = bake.values(&groups)?;
-    report.outline(&shown, args, &bake);
-    let bytes = match &source {
-        Some(source) => {
-            let record = serde_json::to_string(&bake.record())?;
-            glb::write(source, &file, &loaded, &values, args.color, &record)
+    let ([bytes, bent], mut report) = match args.at(kind) {
+        At::Texels => {
+            let (texture, report) = texels::bake(&bake, &file, &groups)?;
+            (texture.encode(args, kind)?, report)
         }
-        None => Ok(ply::write(&loaded, &values, args.at, args.color)),
+        at => {
+            let (values, report) = bake.values(&groups, at)?;
+            let bytes = match &source {
+                Some(source) => {
+                    let record = serde_json::to_string(&bake.record())?;
+                    glb::write(source, &file, &loaded, &values, args.color, &record)
+                }
+                None => Ok(ply::write(&loaded, &values, at, args.color)),
+            };
+            ([bytes.with_context(|| shown.clone())?, vec![]], report)
+        }
     };
-    output::write(&args.out, &bytes.with_context(|| shown.clone())?)?;
+    report.outline(&shown, args, &bake);
+    output::write(&args.out, &bytes)?;
+    if let Some(path) = &args.bent_normals {
+        output::write(path, &bent)?;
+    }
     report.print(console, args.json)
+}
+
+/// Checks that the outputs can be written and are not inputs.
+fn check_outputs(args: &Args) -> anyhow::Result<()> {
+    let outputs = [Some(&args.out), args.bent_normals.as_ref()];
+    for out in outputs.into_iter().flatten() {
+        output::check(out)?;
+        for input in [&args.model].into_iter().chain(&args.occluders) {
+            output::check_not_input(out, input)?;
+        }
+    }
+    if let Some(bent) = &args.bent_normals {
+        let shown = bent.display();
+        ensure!(
+            *bent != args.out,
+            "{shown}: accessibility goes there; name another file"
+        );
+    }
+    Ok(())
 }
 
 /// A bake with all that it needs but the vertices' normals.
@@ -89,11 +118,15 @@ impl<'a> Bake<'a> {
     }
 
     /// Bakes the values of all vertices, or of all faces.
-    fn values(&self, groups: &VertexGroups) -> anyhow::Result<(Vec<SurfaceRecord>, Report)> {
+    fn values(
+        &self,
+        groups: &VertexGroups,
+        at: At,
+    ) -> anyhow::Result<(Vec<SurfaceRecord>, Report)> {
         let mesh = &self.loaded.mesh;
         let faces = face_centers(mesh, self.offset);
         let mut report = Report::new(&faces);
-        if self.args.at == At::Faces {
+        if at == At::Faces {
             let bake = self.bake(&faces.points, &mut report)?;
             return Ok((of_all_faces(mesh.triangles().len(), &faces, &bake), report));
         }

@@ -49,9 +49,9 @@ fn header(loaded: &LoadedMesh, at: At, color: bool) -> String {
     for name in ["red", "green", "blue"].iter().filter(|_| color) {
         let _ = writeln!(values, "property uchar {name}");
     }
-    let [of_vertices, of_faces] = match at {
-        At::Vertices => [values.as_str(), ""],
-        At::Faces => ["", values.as_str()],
+    let [of_vertices, of_faces] = match at == At::Faces {
+        true => ["", values.as_str()],
+        false => [values.as_str(), ""],
     };
     let (n_vertices, n_faces) = (loaded.mesh.positions().len(), loaded.mesh.triangles().len());
     format!(

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use aogrid_bake_core::surface::{FaceCenters, VertexRecords};
+use aogrid_bake_core::surface::{FaceCenters, TexelPoints, VertexRecords};
 use aogrid_baker_cpu::SurfaceBake;
 use serde::Serialize;
 
@@ -32,12 +32,25 @@ pub(super) struct Report {
     /// The number of vertices whose faces all have no area, and of vertices of no face.
     filled_vertices: usize,
     unused_vertices: usize,
+    /// The share of a texture's covered samples that several triangles cover, and the number of
+    /// triangles with coordinates outside 0..1.
+    overlaps: f64,
+    outside_triangles: usize,
 }
 
 impl Report {
     pub(super) fn new(faces: &FaceCenters) -> Self {
         Self {
             flat_faces: faces.flat,
+            ..Self::default()
+        }
+    }
+
+    pub(super) fn texels(points: &TexelPoints) -> Self {
+        Self {
+            flat_faces: points.flat,
+            overlaps: points.overlaps,
+            outside_triangles: points.outside,
             ..Self::default()
         }
     }
@@ -88,7 +101,10 @@ impl Report {
             100.0 * self.buried,
         ));
         for (count, text) in [
-            (self.flat_faces, "faces have no area"),
+            (
+                self.flat_faces,
+                "faces have no area, on the surface or in the texture",
+            ),
             (
                 self.filled_vertices,
                 "vertices have only such faces: they have the mean of their neighbors",

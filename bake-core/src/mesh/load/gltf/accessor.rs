@@ -83,6 +83,23 @@ impl GltfFile {
         ))
     }
 
+    /// Returns the tangents of a primitive's vertices, if it has any.
+    pub(in super::super) fn tangents(
+        &self,
+        mesh: usize,
+        primitive: usize,
+    ) -> Result<Option<Vec<[f64; 4]>>, GltfError> {
+        let Some(idx) = self.attribute(mesh, primitive, Semantic::Tangents)? else {
+            return Ok(None);
+        };
+        let accessor = self.accessor(idx)?;
+        let component = component(idx, accessor)?;
+        match accessor.type_ == Checked::Valid(Type::Vec4) {
+            true => Ok(Some(self.elements::<4>(idx, accessor, component)?)),
+            false => Err(fault(idx, "its elements are not tangents")),
+        }
+    }
+
     /// Returns a set of texture coordinates of a primitive's vertices.
     pub(in super::super) fn texture_coordinates(
         &self,
