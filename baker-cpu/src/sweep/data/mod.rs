@@ -13,14 +13,21 @@ mod texels;
 
 pub(super) use batch::Batch;
 pub(super) use counters::{COLUMN, Counter, Layout, MAX_GROUP_COUNTERS, Tile};
-pub(super) use delta_buffer::{ByteCounters, Delta, DeltaBuffer, GroupCounters, delta_bits};
+pub(super) use delta_buffer::{ByteCounters, DeltaBuffer, GroupCounters};
 pub(super) use edges::{
     EDGE_CHUNK, EdgeBuffer, RowSilhouettes, SilhouetteChunk, SilhouetteList, SilhouetteSearch,
 };
 pub(super) use facing::{EdgeFacing, FacingInterval, TriangleFacing};
 pub(super) use lane_deltas::LaneDeltas;
-pub(super) use levels::{FRACTION_BITS, FRACTIONS, Levels};
-pub(super) use line::{End, Line, MAX_COLUMN_ERROR, first_columns, row_side};
+pub(super) use levels::Levels;
+pub(super) use line::{End, Line, first_columns, row_side};
 pub(super) use texels::{
     BlockTexels, Mask, QUANTITIES, RowMoments, TexelMoment, block_texels, subset_sums,
+};
+// The hand-written SIMD versions need more.
+#[cfg(target_arch = "x86_64")]
+pub(super) use {
+    delta_buffer::{Delta, delta_bits},
+    levels::{FRACTION_BITS, FRACTIONS},
+    line::MAX_COLUMN_ERROR,
 };

@@ -19,13 +19,13 @@ use aogrid_bake_core::PreparedMesh;
 
 use super::data::{
     Batch, BlockTexels, DeltaBuffer, EdgeBuffer, Levels, Mask, RowMoments, SilhouetteChunk,
-    SilhouetteSearch, subset_sums,
+    SilhouetteSearch,
 };
 pub(super) use portable::summation::{is_zero, masks};
 use portable::{crossings, silhouettes, summation};
 
 #[cfg(target_arch = "x86_64")]
-use {avx2::Avx2, avx512::Avx512};
+use {super::data::subset_sums, avx2::Avx2, avx512::Avx512};
 
 /// The operations that differ between SIMD levels. A value proves that the machine has the level.
 pub(super) trait Simd: Copy {
