@@ -70,7 +70,7 @@ fn soup(random: &mut Random, n: usize) -> TriangleMesh {
         let center = [(); 3].map(|()| random.signed());
         let size = [1e-3, 0.03, 0.3, 1.0][idx % 4];
         let along = [(); 3].map(|()| size * random.signed());
-        let thin = if idx % 3 == 0 { 1e-5 } else { 1.0 };
+        let thin = if idx.is_multiple_of(3) { 1e-5 } else { 1.0 };
         let across = [(); 3].map(|()| thin * size * random.signed());
         let plus = |v: [f32; 3]| [0, 1, 2].map(|x| center[x] + v[x]);
         [center, plus(along), plus(across)]
