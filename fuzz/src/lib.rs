@@ -1,8 +1,8 @@
 //! What the fuzz targets share. A reader must return a valid value or an error, whatever the bytes:
 //! no panic, no endless loop, no memory beyond what the bytes can ask for.
 //!
-//! `cargo run --manifest-path fuzz/Cargo.toml --bin seeds` writes seeds of every format into
-//! `fuzz/corpus`, and `cargo +nightly fuzz run obj` takes them from there.
+//! `cargo run --manifest-path fuzz/Cargo.toml --example seeds` writes seeds of every format into
+//! `fuzz/corpus`, and `cargo +nightly fuzz run --sanitizer none obj` takes them from there.
 
 use std::io;
 

@@ -83,7 +83,7 @@ impl TriangleMesh {
     /// There are no triangles or none with an area, an index is out of range, a used vertex is not
     /// finite, or the parts have gaps.
     pub fn new(
-        positions: Vec<[f32; 3]>,
+        mut positions: Vec<[f32; 3]>,
         triangles: Vec<[u32; 3]>,
         parts: Vec<Part>,
     ) -> Result<Self, MeshError> {
@@ -91,6 +91,13 @@ impl TriangleMesh {
             return Err(MeshError::Empty);
         }
         check_vertices(&positions, &triangles)?;
+        // Unused vertices may be anything in a file, but nothing that reads positions expects that.
+        for unused in positions
+            .iter_mut()
+            .filter(|p| p.iter().any(|v| !v.is_finite()))
+        {
+            *unused = [0.0; 3];
+        }
         check_parts(&parts, triangles.len())?;
         let bounds = Bounds::of_triangles(&positions, &triangles).ok_or(MeshError::NoArea)?;
         let mut mesh = Self {
@@ -149,8 +156,8 @@ impl TriangleMesh {
         self.triangles = kept;
     }
 
-    /// Returns the vertices, in object units and relative to the [origin](TriangleMesh::origin). Some
-    /// may be unused.
+    /// Returns the vertices, in object units and relative to the [origin](TriangleMesh::origin). All
+    /// are finite; some may be unused.
     pub fn positions(&self) -> &[[f32; 3]] {
         &self.positions
     }

@@ -1,5 +1,6 @@
 //! Loading of mesh files, with the name and hash that a grid records.
 
+mod crossing;
 mod format;
 mod gltf;
 mod obj;

@@ -2,6 +2,8 @@
 
 use earcut::{Earcut, utils3d::project3d_to_2d};
 
+use super::crossing::crosses_itself;
+
 /// A triangulator of polygons that reuses its buffers.
 pub(super) struct Triangulator {
     earcut: Earcut<f64>,
@@ -16,6 +18,10 @@ pub(super) struct Triangulator {
 /// The share of a polygon's area by which its triangles may differ from it: far above the rounding of
 /// sums in double precision, far below what a crossing of any size to speak of makes.
 const AREA_TOLERANCE: f64 = 1e-6;
+
+/// The corners up to which a polygon is cut without a look whether it crosses itself: then it takes less
+/// than 0.1 s, and crossings without an area to speak of do not matter.
+const MAX_CUT: usize = 10_000;
 
 impl Triangulator {
     pub(super) fn new() -> Self {
@@ -58,10 +64,14 @@ impl Triangulator {
         if outline == Outline::Concave
             && project3d_to_2d(&self.corners, self.corners.len(), &mut self.projected)
         {
-            let no_holes: [u32; 0] = [];
-            self.earcut
-                .earcut(self.projected.iter().copied(), &no_holes, &mut self.indices);
-            if !covers(&self.projected, &self.indices) {
+            // Cutting ears from one that crosses itself takes a time that grows with the square.
+            let is_crossing = self.corners.len() > MAX_CUT && crosses_itself(&self.projected);
+            if !is_crossing {
+                let no_holes: [u32; 0] = [];
+                self.earcut
+                    .earcut(self.projected.iter().copied(), &no_holes, &mut self.indices);
+            }
+            if is_crossing || !covers(&self.projected, &self.indices) {
                 self.crossing += 1;
                 self.indices.clear();
             }
@@ -272,6 +282,22 @@ mod tests {
         let mut triangulator = Triangulator::new();
         assert_eq!(triangulator.triangulate(square.into_iter()).count(), 2);
         assert!(triangulator.warnings().is_empty());
+    }
+
+    /// Polygons of 20,000 corners that cross themselves somewhere become fans, with a warning.
+    #[test]
+    fn polygons_of_many_corners_that_cross_themselves_are_fans() {
+        let n = 20_001;
+        let at = |radius: f64, angle: f64| [radius * angle.cos(), radius * angle.sin(), 0.0];
+        // A loop within a loop, which meet where the radius is zero.
+        let corner = |i: u32| {
+            let angle = std::f64::consts::TAU * f64::from(i) / f64::from(n);
+            at(1.0 + 2.0 * angle.cos(), angle)
+        };
+        let mut triangulator = Triangulator::new();
+        let cut = triangulator.triangulate((0..n).map(corner));
+        assert_eq!(cut.count(), n as usize - 2);
+        assert_eq!(triangulator.warnings().len(), 1);
     }
 
     /// A gear of 10,000 teeth: every second corner is reflex.

@@ -186,6 +186,18 @@ mod tests {
         file
     }
 
+    /// Found by fuzzing: a vertex outside any triangle was beyond single floats, and so infinite.
+    #[test]
+    fn unused_vertices_are_finite() {
+        let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [9e99, 0.0, 0.0]];
+        let part = Part {
+            name: "a".into(),
+            triangles: 0..1,
+        };
+        let mesh = TriangleMesh::from_f64(&corners, vec![[0, 1, 2]], vec![part]).unwrap();
+        assert!(mesh.positions().iter().flatten().all(|v| v.is_finite()));
+    }
+
     #[test]
     fn both_forms_give_the_same_triangles() {
         let text = format!("solid a b\n{FACET}endsolid a b\n");
