@@ -222,6 +222,14 @@ pub fn constants() -> String {
         "The upper bound of the flatness times the hull's squared sine of alpha.",
         floats!(AOGRID_MAX_FLATNESS),
     );
+    write_other_constants(&mut text);
+    write_group(&mut text, "", floats!(AOGRID_PI));
+    text
+}
+
+/// Writes the constants of the environment, of ids, tiles and volumes.
+fn write_other_constants(text: &mut String) {
+    let mut group = |comment, lines: &[_]| write_group(text, comment, lines);
     group(
         "The environment map: its last level, whose cones are hemispheres, and the rows of level 0.",
         floats!(AOGRID_ENVIRONMENT_LAST_LEVEL, AOGRID_ENVIRONMENT_HEIGHT),
@@ -247,8 +255,6 @@ pub fn constants() -> String {
             AOGRID_WEIGHT_EDGES
         ),
     );
-    group("", floats!(AOGRID_PI));
-    text
 }
 
 #[cfg(test)]

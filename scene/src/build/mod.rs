@@ -79,7 +79,6 @@ impl<'a> Builder<'a> {
         if let Some(limit) = options.occluders {
             self.limit_occluders(limit);
         }
-        let path = self.source.path;
         let up_axis = file.up.unwrap_or_default();
         let up = up_axis.vector();
         let camera = match file.camera {
@@ -98,14 +97,11 @@ impl<'a> Builder<'a> {
             Some(environment) => Some(EnvironmentSource::new(self.source, environment, up_axis)?),
             None => None,
         };
-        let volumes = match file.volumes {
-            Some(volumes) => self.volumes(&volumes)?,
-            None => VolumeSettings::default(),
-        };
+        let volumes = self.volumes(file.volumes.as_ref())?;
         let picture = file.picture.as_ref();
         let show = picture.and_then(|picture| picture.show);
         let mut scene = Scene {
-            path: path.to_owned(),
+            path: self.source.path.to_owned(),
             up,
             camera,
             receivers,
@@ -188,8 +184,10 @@ impl<'a> Builder<'a> {
         Ok(receivers)
     }
 
-    fn volumes(&self, volumes: &Spanned<VolumesFile>) -> crate::Result<VolumeSettings> {
-        let file = volumes.get_ref();
+    fn volumes(&self, file: Option<&Spanned<VolumesFile>>) -> crate::Result<VolumeSettings> {
+        let Some(file) = file.map(Spanned::get_ref) else {
+            return Ok(VolumeSettings::default());
+        };
         let exponent = file.exponent.as_ref().map_or(1.0, |v| v.get_ref().0 as f32);
         let weight = match (file.weight.unwrap_or_default(), &file.exponent) {
             (WeightFile::None, Some(given)) => {

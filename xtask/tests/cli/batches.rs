@@ -36,7 +36,7 @@ fn states(line: &str, paths: &[&Path]) -> Vec<String> {
         .collect()
 }
 
-/// A rule names the model and the buffer, whether the output is written or up to date; Make agrees.
+/// A rule names the model and the buffer, whether the output is written or up to date.
 #[test]
 fn a_depfile_names_every_file_that_was_read() {
     let (folder, model) = with_buffer();

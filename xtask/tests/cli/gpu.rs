@@ -61,7 +61,7 @@ fn bench_has_rows_for_cpu_and_gpu() {
     let rows: Vec<_> = table.lines().skip(1).collect();
     assert_eq!(rows.len(), 2, "{table}");
     assert!(
-        rows[0].contains("rays       cpu") && rows[1].contains("sweep      "),
+        rows[0].contains("rays       ") && rows[1].contains("sweep      llvmpipe"),
         "{table}"
     );
     let wrong = run("bench {} --only cpu:magic", &[&model]);

@@ -20,7 +20,7 @@ fn a_ply_has_values_that_depend_on_neither_kernel_nor_threads() {
     let (folder, model) = with_sample("table");
     let at = |name: &str| folder.path().join(name);
     let bake = |options: &str, out: &str| {
-        let line = format!("bake-surface {{}} -o {{}} --rays 64 --color --json {options}");
+        let line = format!("bake-surface {{}} -o {{}} --rays 64 --color --json --force {options}");
         let report = ok(&line, &[&model, &at(out)]);
         (report, fs::read(at(out)).unwrap())
     };
@@ -51,7 +51,7 @@ fn other_models_occlude() {
     let alone = ok("bake-surface {} -o {} --json", &[&model, &at("a.ply")]);
     assert_eq!(number(&alone, "mean"), 1.0);
     // The same box around itself hides half of the sky or all of it: its faces coincide.
-    let line = "bake-surface {} -o {} --json --offset 0.01 --occluders {}";
+    let line = "bake-surface {} -o {} --json --force --offset 0.01 --occluders {}";
     fs::write(
         at("room.obj"),
         "v -9 2 -9\nv 9 2 -9\nv 9 2 9\nv -9 2 9\nf 1 2 3 4\n",
@@ -72,7 +72,7 @@ fn a_glb_keeps_all_that_it_had() {
     // Two nodes of the truck share a mesh; the fox is skinned.
     for (name, nodes) in [("CesiumMilkTruck.glb", 1), ("Fox_skinned.glb", 0)] {
         let model = models.join(name);
-        ok("bake-surface {} -o {} --rays 16", &[&model, &out]);
+        ok("bake-surface {} -o {} --rays 16 --force", &[&model, &out]);
         let [old, new] = [&model, &out].map(|path| json(path));
         let count = |file: &Value, key: &str| file[key].as_array().map_or(0, Vec::len);
         assert_eq!(count(&new, "meshes"), count(&old, "meshes") + nodes);
@@ -92,7 +92,10 @@ fn a_glb_keeps_all_that_it_had() {
         assert_eq!(new["asset"]["extras"]["aogrid"]["weights"], "cosine");
         // What was baked once can be baked again.
         let again = folder.path().join("again.glb");
-        ok("bake-surface {} -o {} --rays 16 --color", &[&out, &again]);
+        ok(
+            "bake-surface {} -o {} --rays 16 --color --force",
+            &[&out, &again],
+        );
         let colored = json(&again);
         assert!(colored["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"].is_u64());
     }
@@ -105,7 +108,7 @@ fn textures_have_values_and_bent_normals() {
     };
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let line = "bake-surface {} -o {} --size 64 --samples 1 --rays 32 --json";
+    let line = "bake-surface {} -o {} --size 64 --samples 1 --rays 32 --json --force";
     let report = ok(line, &[&model, &at("a.exr")]);
     assert!((0.5..0.95).contains(&number(&report, "mean")));
     for (options, name) in [
@@ -194,8 +197,9 @@ fn bent_normals_lean_away_from_a_wall() {
     let at = |name: &str| folder.path().join(name);
     fs::write(at("wall.glb"), floor_and_wall()).unwrap();
     for (options, is_green_below) in [("", true), ("--convention dx", false)] {
-        let line =
-            format!("bake-surface {{}} -o {{}} --size 16 --dilate 0 --bent-normals {{}} {options}");
+        let line = format!(
+            "bake-surface {{}} -o {{}} --size 16 --dilate 0 --force --bent-normals {{}} {options}"
+        );
         ok(&line, &[&at("wall.glb"), &at("ao.png"), &at("bent.png")]);
         let open = image::open(at("ao.png")).unwrap().to_luma8();
         let bent = image::open(at("bent.png")).unwrap().to_rgb8();
@@ -246,6 +250,8 @@ fn errors_are_one_line_that_says_what_to_do() {
         assert!(!at("a.ply").exists());
     }
     ok("bake-surface {} -o {} --rays 1", &[&model, &at("a.ply")]);
+    let exists = fails("bake-surface {} -o {}", &[&model, &at("a.ply")]);
+    assert!(exists.contains("--force"), "{exists}");
     let same = fails("bake-surface {} -o {}", &[&at("a.ply"), &at("a.ply")]);
     assert!(same.contains("it is the input"), "{same}");
     let usage = run("bake-surface {} -o {} --rays 0", &[&model, &at("b.ply")]);
@@ -264,9 +270,9 @@ fn odd_files_give_a_result_or_one_line() {
         ("gltf", ".glb", out.path().join("odd.glb")),
     ] {
         for path in files_with_ending(&folder.join(files), ending) {
-            let args = ["bake-surface", "-o", "--rays", "8", "--quiet"].map(Path::new);
-            let [command, o, rays, eight, quiet] = args;
-            let output = limited(&[command, &path, o, &out, rays, eight, quiet]);
+            let args = ["bake-surface", "-o", "--rays", "8", "--quiet", "--force"].map(Path::new);
+            let [command, o, rays, eight, quiet, force] = args;
+            let output = limited(&[command, &path, o, &out, rays, eight, quiet, force]);
             match output.status.success() {
                 true => read += 1,
                 false => {

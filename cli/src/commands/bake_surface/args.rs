@@ -90,6 +90,9 @@ pub(crate) struct Args {
     /// DirectX [default: gl]
     #[arg(long, value_enum)]
     pub convention: Option<Convention>,
+    /// Replace files that exist
+    #[arg(long)]
+    pub force: bool,
     /// Threads to work with [default: as many as there are processors]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,

@@ -75,10 +75,10 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
 fn check_outputs(args: &Args) -> anyhow::Result<()> {
     let outputs = [Some(&args.out), args.bent_normals.as_ref()];
     for out in outputs.into_iter().flatten() {
-        output::check(out)?;
         for input in [&args.model].into_iter().chain(&args.occluders) {
             output::check_not_input(out, input)?;
         }
+        output::check_new(out, args.force)?;
     }
     if let Some(bent) = &args.bent_normals {
         let shown = bent.display();

@@ -95,7 +95,10 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     interrupt::listen();
     output::check_not_input(&args.out, &args.model)?;
     output::check_new(&args.out, args.force)?;
-    let bounds = mesh::load(&args.model)?.mesh.bounds();
+    let shown = || args.model.display().to_string();
+    let loaded = mesh::load(&args.model).with_context(shown)?;
+    let bounds = loaded.mesh.bounds();
+    drop(loaded);
     let mut scene = setting(args, &bounds)?;
     for warning in &scene.warnings {
         console.warning(warning);
