@@ -39,16 +39,20 @@ fn distant_occlusion(grid: &Grid, flatness: [f32; 4]) -> [f64; 3] {
     let spec = grid.spec();
     let last = spec.resolution().map(|n| n - 1);
     let mut largest = [0.0_f64; 3];
-    for idx in 0..spec.cell_count() {
-        let cell = spec.cell_at(idx);
-        if !spec.is_outer(cell) {
-            continue;
-        }
+    let [nx, ny, nz] = spec.resolution();
+    // Rows of cells along x: whole ones on the faces across y and z, the ends of the others.
+    let rows = (0..nz).flat_map(|k| (0..ny).map(move |j| [j, k]));
+    let cells = rows.flat_map(|[j, k]| {
+        let is_whole = j == 0 || k == 0 || j == last[1] || k == last[2];
+        let step = if is_whole { 1 } else { last[0] };
+        (0..nx).step_by(step as usize).map(move |i| [i, j, k])
+    });
+    for cell in cells {
         // The cell's center in half-extents of the hull.
         let at = [0, 1, 2].map(|x| 2.0 * f64::from(cell[x]) / f64::from(last[x]) - 1.0);
         let squares = [at[0] * at[0], at[1] * at[1], at[2] * at[2], 1.0];
         let flat: f64 = (0..4).map(|x| squares[x] * f64::from(flatness[x])).sum();
-        let occlusion = continued(grid.cell(idx)[3], flat);
+        let occlusion = continued(grid.cell(spec.cell_idx(cell))[3], flat);
         for axis in (0..3).filter(|&x| cell[x] == 0 || cell[x] == last[x]) {
             largest[axis] = largest[axis].max(occlusion);
         }

@@ -133,23 +133,26 @@ impl Scene {
     pub fn twin_image(&self, mode: Mode) -> Vec<f32> {
         let table = CpuTexture::transmittance_table();
         let texture = CpuTexture::of_grid(&self.grid);
+        let occluders = self.instances.iter();
+        let occluders: Vec<_> = occluders
+            .map(|i| AogridOccluder::new(&self.grid, i).unwrap())
+            .collect();
         let pixels = 0..self.buffer.positions.len();
         pixels
             .map(|pixel| {
                 let receiver = self.buffer.receivers[pixel];
-                let instances = self.instances.iter();
-                let shading = instances.map(|i| AogridOccluder::new(&self.grid, i).unwrap());
-                shading
+                occluders
+                    .iter()
                     .filter(|o| aogrid_shades(o, receiver[0], receiver[1]))
                     .map(|o| {
                         let [x, y, z, _] = self.buffer.positions[pixel];
                         let [nx, ny, nz, _] = self.buffer.normals[pixel];
                         let (p, n) = ([x, y, z], [nx, ny, nz]);
                         match mode {
-                            Mode::Cone => aogrid_cone(&o, &texture, &table, p, n),
+                            Mode::Cone => aogrid_cone(o, &texture, &table, p, n),
                             Mode::Occlusion => {
                                 let itself = receiver[0] == o.object_id;
-                                aogrid_occlusion_of_cone(&o, &texture, p, itself)
+                                aogrid_occlusion_of_cone(o, &texture, p, itself)
                             }
                         }
                     })
