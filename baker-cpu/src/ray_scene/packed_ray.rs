@@ -60,11 +60,11 @@ pub(super) struct PackedRay {
 
 /// The error bounds of [`PackedRay`] as polynomials. Pairs are a constant and a factor.
 pub(super) struct ErrorBounds {
-    /// E = `area` + m · (`area_by_size`[0] + `area_by_size`[1] · m).
+    /// E = `area` + m · (`area_by_size[0]` + `area_by_size[1]` · m).
     pub area: f32,
     pub area_by_size: [f32; 2],
-    /// The error of T: E · (`t_by_area`[0] + `t_by_area`[1] · W)
-    /// + |det| · (`t_by_det`[0] + `t_by_det`[1] · W).
+    /// The error of T: E · (`t_by_area[0]` + `t_by_area[1]` · W)
+    /// + |det| · (`t_by_det[0]` + `t_by_det[1]` · W).
     pub t_by_area: [f32; 2],
     pub t_by_det: [f32; 2],
 }

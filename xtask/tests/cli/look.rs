@@ -245,6 +245,8 @@ fn preview_draws_a_model_and_reports_its_error() {
     assert_eq!(picture.dimensions(), (1292, 1081));
     let again = fails(command, &[&model, &folder.path().join("table.png")]);
     assert!(again.contains("--force"), "{again}");
+    let ending = run("preview {} -o x.gif", &[&model]);
+    assert_eq!(ending.status.code(), Some(2));
     let missing = fails("preview {} -o x.png", &[&folder.path().join("none.obj")]);
     assert!(missing.contains("none.obj"), "{missing}");
 }

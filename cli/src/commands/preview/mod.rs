@@ -19,6 +19,7 @@ use serde::Serialize;
 use crate::commands::bake::{named, resolution, use_threads};
 use crate::commands::render::positive;
 use crate::console::Console;
+use crate::usage::usage;
 use crate::{interrupt, output};
 use setting::{Up, setting};
 
@@ -93,6 +94,16 @@ struct Previewed {
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     use_threads(args.threads)?;
     interrupt::listen();
+    if !args
+        .out
+        .extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("png"))
+    {
+        return Err(usage(format!(
+            "{}: a preview ends in .png",
+            args.out.display()
+        )));
+    }
     output::check_not_input(&args.out, &args.model)?;
     output::check_new(&args.out, args.force)?;
     let shown = || args.model.display().to_string();
