@@ -1,4 +1,4 @@
-//! Pipelines that depend on the encoding of the grids that they read.
+//! Pipelines that depend on the encoding of the grids that they read, and what targets allow.
 
 use aogrid_grid_format::Encoding;
 
@@ -23,4 +23,16 @@ impl<P> PipelinesByEncoding<P> {
             self.0.push((encoding, compile()));
         }
     }
+}
+
+/// Whether a pass of the device can draw to textures of a format with blending.
+pub(crate) fn can_blend(device: &wgpu::Device, format: wgpu::TextureFormat) -> bool {
+    let allowed = format.guaranteed_format_features(device.features());
+    let blends = allowed
+        .flags
+        .contains(wgpu::TextureFormatFeatureFlags::BLENDABLE);
+    let renders = allowed
+        .allowed_usages
+        .contains(wgpu::TextureUsages::RENDER_ATTACHMENT);
+    blends && renders
 }

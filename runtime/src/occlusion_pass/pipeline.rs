@@ -5,6 +5,7 @@ use aogrid_grid_format::Encoding;
 use super::{Mode, OcclusionPassDescriptor, Output, PassError};
 use crate::boxes::{self, BoxPipelineDescriptor, OccluderDraws, ProxyShape};
 use crate::gbuffer::GBufferBindings;
+use crate::pipelines::can_blend;
 use crate::wgsl;
 
 /// Rejects descriptors that do not compile or would give wrong results.
@@ -17,18 +18,11 @@ pub(super) fn check(
         return Err(PassError::NoAxis);
     }
     let format = descriptor.target;
-    let allowed = format.guaranteed_format_features(device.features());
-    let blends = allowed
-        .flags
-        .contains(wgpu::TextureFormatFeatureFlags::BLENDABLE);
-    let renders = allowed
-        .allowed_usages
-        .contains(wgpu::TextureUsages::RENDER_ATTACHMENT);
     let four_floats = [
         wgpu::TextureFormat::Rgba16Float,
         wgpu::TextureFormat::Rgba32Float,
     ];
-    if !blends || !renders {
+    if !can_blend(device, format) {
         let need = " blend";
         return Err(PassError::Target { format, need });
     }

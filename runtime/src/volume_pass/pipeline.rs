@@ -4,6 +4,7 @@ use super::draws::ObjectDraws;
 use super::{VolumePassDescriptor, VolumePassError};
 use crate::boxes::{self, BoxPipelineDescriptor, ProxyShape};
 use crate::gbuffer::{GBufferBindings, GBufferReads};
+use crate::pipelines::can_blend;
 use crate::wgsl;
 
 /// The storage buffers of the vertex stage: positions and indices.
@@ -18,13 +19,6 @@ pub(super) fn check(
     if buffers < STORAGE_BUFFERS {
         return Err(VolumePassError::StorageBuffers(buffers));
     }
-    let allowed = target.guaranteed_format_features(device.features());
-    let blends = allowed
-        .flags
-        .contains(wgpu::TextureFormatFeatureFlags::BLENDABLE);
-    let renders = allowed
-        .allowed_usages
-        .contains(wgpu::TextureUsages::RENDER_ATTACHMENT);
     let is_float = [
         wgpu::TextureFormat::R16Float,
         wgpu::TextureFormat::R32Float,
@@ -34,7 +28,7 @@ pub(super) fn check(
         wgpu::TextureFormat::Rgba32Float,
     ]
     .contains(&target);
-    match blends && renders && is_float {
+    match is_float && can_blend(device, target) {
         true => Ok(()),
         false => Err(VolumePassError::Target(target)),
     }
