@@ -14,7 +14,7 @@
 //! to a coarse lattice of points around the box.
 
 use aogrid_grid_format::{
-    BoundaryMode, Encoding, FLATNESSES, GridSpec, Interior, Sampling, SpecError,
+    BoundaryMode, Encoding, FLATNESSES, GridSpec, Interior, MAX_FLATNESS, Sampling, SpecError,
 };
 
 use glam::{DMat4, DVec4};
@@ -34,9 +34,6 @@ const FACE_SIZE: u32 = 8;
 /// The points' distance from the center below which they are left out, in half-extents of the hull:
 /// they would tell nothing about the law.
 const MIN_DISTANCE: f64 = 1.05;
-
-/// The upper bound of a flatness times k, where renderers bound it as well.
-const MAX_FLATNESS: f64 = 0.97;
 
 /// The steps of the Levenberg-Marquardt iteration, which converges in three to eight.
 const MAX_STEPS: usize = 12;
@@ -119,12 +116,12 @@ impl Sample {
     fn continued(&self, flatness: [f64; 4]) -> [f64; 2] {
         let w: f64 = (0..4).map(|x| self.squares[x] * flatness[x]).sum();
         let flat = w * self.at_hull;
-        let bounded = flat.min(MAX_FLATNESS);
+        let bounded = flat.min(f64::from(MAX_FLATNESS));
         let lost = 1.0 - self.remainder;
         let divisor = 1.0 - bounded * lost;
         let k = self.at_hull * self.remainder / divisor;
         let cosine = (1.0 - k).max(0.0).sqrt();
-        let slope = match flat < MAX_FLATNESS {
+        let slope = match flat < f64::from(MAX_FLATNESS) {
             true => k * self.at_hull * lost / divisor,
             false => 0.0,
         };

@@ -6,7 +6,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let Ok(grid) = Grid::from_bytes(bytes) else {
         return;
     };
-    // What was read can be written, and is the same when it is read again.
+    // Writing and reading it again changes nothing.
     let written = grid.to_bytes();
     let again = Grid::from_bytes(&written).expect("it was written by us");
     assert!(again.to_bytes() == written);

@@ -14,6 +14,11 @@ pub const RAY_COUNTS: RangeInclusive<u32> = 1..=100_000;
 /// The maximum offset of self look-ups, in cells.
 pub const MAX_SELF_OFFSET: f32 = 2.0;
 
+/// The upper bound of a flatness times k (see [`BakeRecord::flatness`]), for the bake and for renderers.
+/// At 1 the far field would not fall at all; this lets it fall as that of a disc whose rim is seen 80
+/// degrees off its axis.
+pub const MAX_FLATNESS: f32 = 0.97;
+
 /// Valid values of a flatness.
 pub const FLATNESSES: RangeInclusive<f32> = -32.0..=4.0;
 

@@ -75,7 +75,7 @@ mod texel_format;
 
 pub use bake_record::{
     AreaError, BakeRecord, Boundary, BoundaryMode, Check, FACE_SIZES, FLATNESSES, Inside, Interior,
-    MAX_SELF_OFFSET, RAY_COUNTS, Sampling, Source,
+    MAX_FLATNESS, MAX_SELF_OFFSET, RAY_COUNTS, Sampling, Source,
 };
 pub use encoding::{Channel, Encoding};
 pub use error::{EncodeError, ReadError};

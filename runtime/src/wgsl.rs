@@ -124,9 +124,8 @@ pub(crate) const AOGRID_RIM_EPSILON: f32 = 1e-12;
 /// of this fraction has a half-angle of 0.1 degrees.
 pub(crate) const AOGRID_FRACTION_EPSILON: f32 = 1e-6;
 
-/// The upper bound of the flatness times the hull's sin²α. At 1 the far field would not fall at all;
-/// this lets it fall as that of a disc whose rim is seen 80 degrees off its axis.
-pub(crate) const AOGRID_MAX_FLATNESS: f32 = 0.97;
+/// The upper bound of the flatness times the hull's sin²α.
+pub(crate) const AOGRID_MAX_FLATNESS: f32 = aogrid_grid_format::MAX_FLATNESS;
 
 pub(crate) const AOGRID_ENVIRONMENT_LAST_LEVEL: f32 = (EnvironmentMap::LEVELS - 1) as f32;
 pub(crate) const AOGRID_ENVIRONMENT_HEIGHT: f32 = EnvironmentMap::SIZE[1] as f32;

@@ -90,7 +90,7 @@ fn a_glb_keeps_all_that_it_had() {
         assert!(attributes["_ACCESSIBILITY"].is_u64() && attributes["_BENT_NORMAL"].is_u64());
         assert!(attributes["COLOR_0"].is_null());
         assert_eq!(new["asset"]["extras"]["aogrid"]["weights"], "cosine");
-        // What was baked once can be baked again.
+        // The output is a model that can be baked, too.
         let again = folder.path().join("again.glb");
         ok(
             "bake-surface {} -o {} --rays 16 --color --force",
