@@ -1,6 +1,6 @@
-//! Measures the cost of the default preset: alternating bakes of the papers' plain grid, of the
-//! default's grid without the near-surface fit, and of the whole default. Prints median times in
-//! milliseconds, from the loaded mesh to the grid, and their ratios to the plain grid.
+//! Measures the cost of the presets: alternating bakes of the papers' plain grid, of the default's grid
+//! without the near-surface fit, and of the other presets. Prints median times in milliseconds, from the
+//! loaded mesh to the grid, and their ratios to the plain grid.
 //!
 //! ```sh
 //! cargo bench -p aogrid-baker-cpu --bench presets -- teapot.obj bunny.obj
@@ -22,36 +22,40 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let models = std::env::args()
         .skip(1)
         .filter(|arg| !arg.starts_with("--"));
-    println!(
-        "{:26} {:>9} {:>17} {:>17}",
-        "model", "plain", "without fit", "default"
-    );
+    print!("{:26}", "model");
+    NAMES.iter().for_each(|name| print!(" {name:>17}"));
+    println!();
     for path in models {
         let loaded = mesh::load(path.as_ref())?;
-        let [plain, without_fit, default] = medians(&loaded)?;
-        println!(
-            "{:26} {plain:9.2} {without_fit:9.2} {:6.3}x {default:9.2} {:6.3}x",
-            loaded.name,
-            without_fit / plain,
-            default / plain
-        );
+        let medians = medians(&loaded)?;
+        print!("{:26}", loaded.name);
+        for median in medians {
+            print!(" {median:9.2} {:6.3}x", median / medians[0]);
+        }
+        println!();
     }
     Ok(())
 }
 
-/// Returns the median milliseconds of the three bakes.
-fn medians(loaded: &LoadedMesh) -> Result<[f64; 3], BakeError> {
+/// The bakes in the order of the columns; all others are relative to the first.
+const NAMES: [&str; 5] = ["paper", "without fit", "economy", "default", "fine"];
+
+/// Returns the median milliseconds of each bake.
+fn medians(loaded: &LoadedMesh) -> Result<[f64; 5], BakeError> {
     let without_fit = BakeOptions {
         fit: false,
         ..Preset::Default.options()
     };
-    let bakes: [(Placement, BakeOptions); 3] = [
-        (Preset::Paper.placement(), Preset::Paper.options()),
+    let of = |preset: Preset| (preset.placement(), preset.options());
+    let bakes: [(Placement, BakeOptions); 5] = [
+        of(Preset::Paper),
         (Preset::Default.placement(), without_fit),
-        (Preset::Default.placement(), Preset::Default.options()),
+        of(Preset::Economy),
+        of(Preset::Default),
+        of(Preset::Fine),
     ];
     let mut baker = Baker::new(None);
-    let mut times = [(); 3].map(|()| Vec::new());
+    let mut times = [(); 5].map(|()| Vec::new());
     for round in 0..=ROUNDS {
         for ((placement, options), times) in bakes.iter().zip(&mut times) {
             let start = Instant::now();

@@ -13,8 +13,6 @@ mod commands;
 #[doc(hidden)]
 pub mod backend;
 #[doc(hidden)]
-pub mod canvas;
-#[doc(hidden)]
 pub mod console;
 #[doc(hidden)]
 pub mod interrupt;
@@ -23,7 +21,8 @@ mod memory;
 pub mod npy;
 #[doc(hidden)]
 pub mod output;
-mod panels;
+#[doc(hidden)]
+pub mod pictures;
 mod usage;
 
 use std::process::ExitCode;

@@ -137,7 +137,7 @@ fn slices_outline_the_model() {
     let png = folder.path().join("table.png");
     ok("slices {} -o {}", &[&grid, &png]);
     let picture = image::open(&png).unwrap().into_rgb8();
-    let orange = picture.pixels().filter(|p| p.0 == [255, 96, 0]).count();
+    let orange = picture.pixels().filter(|p| p.0 == OUTLINE).count();
     assert!(orange > 300, "no outline: {orange}");
     // Without the model the outline is missing and the rest of the picture is the same.
     fs::rename(
@@ -149,7 +149,7 @@ fn slices_outline_the_model() {
     ok("slices {} -o {}", &[&grid, &bare]);
     let bare = image::open(&bare).unwrap().into_rgb8();
     assert_eq!(bare.dimensions(), picture.dimensions());
-    assert!(bare.pixels().all(|p| p.0 != [255, 96, 0]));
+    assert!(bare.pixels().all(|p| p.0 != OUTLINE));
     let dark = |p: &image::Rgb<u8>| p.0[0] == p.0[1] && p.0[1] == p.0[2] && p.0[0] < 140;
     assert!(bare.pixels().filter(|p| dark(p)).count() > 100);
     let named = folder.path().join("named.png");
@@ -158,7 +158,8 @@ fn slices_outline_the_model() {
     assert_eq!(image::open(&named).unwrap().into_rgb8(), picture);
 }
 
-/// Colors of the marks, which nothing else in a picture has.
+/// Colors of the outline and the marks, which nothing else in a picture has.
+const OUTLINE: [u8; 3] = [255, 96, 0];
 const INTERIOR: [u8; 3] = [0, 140, 255];
 const DOUBTFUL: [u8; 3] = [225, 40, 190];
 
@@ -182,8 +183,8 @@ fn slices_mark_interior_and_doubtful_cells() {
     assert!(doubtful > legend);
     let (cells, _, doubtful) = marks("bowl");
     assert!(
-        doubtful > 3 * cells && doubtful > 10 * legend,
-        "{cells}: {doubtful}"
+        doubtful > 3 * cells + legend,
+        "{cells}: {doubtful}, {legend}"
     );
 }
 
@@ -242,11 +243,37 @@ fn preview_draws_a_model_and_reports_its_error() {
     let all = &json["errors"]["all"];
     assert!(all["rmse"].as_f64().unwrap() < 0.15, "{all}");
     let picture = image::open(&picture).unwrap().to_rgb8();
-    assert_eq!(picture.dimensions(), (1292, 1081));
+    assert!(picture.width() > 3 * 420 && picture.height() > 2 * 315);
+    // The second picture: six slices with the model's outline, the longer side 400 pixels.
+    let slices = folder.path().join("table-grid.png");
+    let slices = image::open(&slices).unwrap().to_rgb8();
+    assert!(slices.width() > 3 * 400 && slices.height() > 2 * 300);
+    assert!(slices.pixels().filter(|p| p.0 == OUTLINE).count() > 500);
     let again = fails(command, &[&model, &folder.path().join("table.png")]);
     assert!(again.contains("--force"), "{again}");
     let ending = run("preview {} -o x.gif", &[&model]);
     assert_eq!(ending.status.code(), Some(2));
     let missing = fails("preview {} -o x.png", &[&folder.path().join("none.obj")]);
     assert!(missing.contains("none.obj"), "{missing}");
+    let part = fails("preview {} -o x.png --without Lid", &[&model]);
+    assert!(part.contains("no such part"), "{part}");
+}
+
+#[test]
+fn slices_across_each_axis_show_every_layer_or_say_which() {
+    let (folder, grid) = baked("--boundary none");
+    // 9 cells along x, 10 along y, 11 along z: the slices across z need a second row.
+    let heights = ["x", "y", "z"].map(|axis| {
+        let png = folder.path().join(format!("{axis}.png"));
+        ok(
+            &format!("slices {{}} -o {{}} --axis {axis}"),
+            &[&grid, &png],
+        );
+        let picture = image::open(&png).unwrap().into_rgb8();
+        let outline = picture.pixels().filter(|p| p.0 == OUTLINE).count();
+        (outline, picture)
+    });
+    let [(x, across_x), (y, _), (z, across_z)] = heights;
+    assert!(x > 300 && y > 300 && z > 300, "{x}, {y}, {z}");
+    assert_ne!(across_x, across_z);
 }

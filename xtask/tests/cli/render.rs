@@ -160,3 +160,58 @@ fn an_instance_is_flattened_with_its_scale() {
     let highest = of(4).fold(0.0, f32::max);
     assert!((highest - 0.5).abs() < 1e-6, "{highest}");
 }
+
+#[test]
+fn several_modes_are_labeled_and_pixels_without_a_surface_are_told_from_lit_ones() {
+    let (folder, scene) = with_scene("");
+    let picture = |modes: &str| {
+        let png = folder.path().join(format!("{modes}.png"));
+        let line = format!("render {{}} --mode {modes} --samples 32 -o {{}}");
+        ok(&line, &[&scene, &png]);
+        image::open(&png).unwrap().to_rgb8()
+    };
+    let (one, two) = (picture("cone"), picture("truth,cone"));
+    assert_eq!(one.dimensions(), (24, 16));
+    // Two pictures with a gap, under a line of text.
+    assert_eq!(two.width(), 2 * 24 + 8);
+    let top = two.height() - 16;
+    assert!(top > 10, "{top}");
+    let below = image::imageops::crop_imm(&two, 24 + 8, top, 24, 16).to_image();
+    assert_eq!(below, one);
+    let is_gray = |p: &image::Rgb<u8>| p.0[0] == p.0[1] && p.0[1] == p.0[2];
+    let sky = one.pixels().filter(|p| !is_gray(p)).count();
+    let gbuffer = folder.path().join("g.exr");
+    let (line, png) = (
+        "render {} --mode cone --gbuffer {} -o {}",
+        folder.path().join("again.png"),
+    );
+    ok(line, &[&scene, &gbuffer, &png]);
+    let ids = exr::prelude::read_first_flat_layer_from_file(&gbuffer).unwrap();
+    let ids = ids.layer_data.channel_data.list.iter();
+    let ids = ids.filter(|channel| channel.name.eq("id")).next().unwrap();
+    let without = ids
+        .sample_data
+        .values_as_f32()
+        .filter(|id| *id == 0.0)
+        .count();
+    assert_eq!(sky, without);
+}
+
+#[test]
+fn exposure_is_a_factor_for_light_in_pictures() {
+    let (folder, scene) = with_scene(LIT);
+    let mean = |options: &str| {
+        let png = folder.path().join(format!("{}.png", options.len()));
+        let line = format!("render {{}} --mode truth --samples 32 {options} -o {{}} --force");
+        ok(&line, &[&scene, &png]);
+        let picture = image::open(&png).unwrap().to_rgb8();
+        picture.pixels().map(|p| f64::from(p.0[1])).sum::<f64>()
+    };
+    assert!(mean("--exposure 0.25") < 0.8 * mean(""));
+    let line = "render {} --mode truth --exposure 2 -o {}";
+    let exr = run(line, &[&scene, &folder.path().join("a.exr")]);
+    assert_eq!(exr.status.code(), Some(2));
+    let (folder, unlit) = with_scene("");
+    let refused = fails(line, &[&unlit, &folder.path().join("a.png")]);
+    assert!(refused.contains("lit scene"), "{refused}");
+}

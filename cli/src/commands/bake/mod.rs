@@ -303,7 +303,7 @@ impl Batch<'_> {
 }
 
 /// Returns a mesh without the parts of these names, each of which it has.
-fn without(mesh: &TriangleMesh, names: &[String]) -> anyhow::Result<TriangleMesh> {
+pub(crate) fn without(mesh: &TriangleMesh, names: &[String]) -> anyhow::Result<TriangleMesh> {
     let parts = mesh.parts();
     if let Some(name) = names
         .iter()

@@ -1,14 +1,10 @@
 //! Panels side by side: truth and the modes as 1 − AO, and below each mode its signed difference.
 
-use std::io::Cursor;
-
-use anyhow::Context;
 use aogrid_scene::GBuffer;
-use image::ImageFormat;
 
 use super::Compared;
-use crate::canvas::{Canvas, INK};
-use crate::panels::{GAP, LINE, NO_SURFACE, Panel, SCALE_HEIGHT, gray, signed};
+use crate::pictures::canvas::{Canvas, INK};
+use crate::pictures::panels::{GAP, LINE, NO_SURFACE, Panel, SCALE_HEIGHT, gray, signed};
 
 /// Returns the panels as PNG.
 pub(super) fn png(
@@ -27,7 +23,7 @@ pub(super) fn png(
         width,
         pixels,
     };
-    panel.clear([0, top], [255; 3], height);
+    panel.clear([0, top], NO_SURFACE, height);
     panel.fill([0, top], &compared.truth.occlusion, gray);
     panel.canvas.text(0, 2, "truth", INK);
     let pairs = compared.modes.iter().zip(compared.errors);
@@ -35,7 +31,7 @@ pub(super) fn png(
         let x = column * (width + GAP);
         let truth = &compared.truth.occlusion;
         let differences = shaded.occlusion.iter().zip(truth).map(|(a, b)| a - b);
-        panel.clear([x, top], [255; 3], height);
+        panel.clear([x, top], NO_SURFACE, height);
         panel.fill([x, top], &shaded.occlusion, gray);
         panel.clear([x, bottom], NO_SURFACE, height);
         panel.fill([x, bottom], &differences.collect::<Vec<_>>(), signed);
@@ -46,10 +42,5 @@ pub(super) fn png(
         }
         panel.scale([x, bottom + height + 2]);
     }
-    let mut png = Cursor::new(Vec::new());
-    let image = canvas.into_image();
-    image
-        .write_to(&mut png, ImageFormat::Png)
-        .context("cannot encode the panels")?;
-    Ok(png.into_inner())
+    crate::pictures::png(&canvas.into_image())
 }

@@ -1,13 +1,14 @@
 //! `preview`: one picture that tells how a model's grid shades, beside ray tracing.
 
+mod grid;
 mod picture;
 mod setting;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::Context;
-use aogrid_bake_core::{Preset, TriangleMesh, mesh};
+use aogrid_bake_core::{Preset, TriangleMesh, mesh, mesh_warnings};
 use aogrid_grid_format::Grid;
 use aogrid_scene::compare::{ModeErrors, areas, errors};
 use aogrid_scene::shade::{Mode, ShadeInput, Shaded, Target};
@@ -16,24 +17,25 @@ use aogrid_scene::{GBuffer, GridSource, Grids, Scene};
 use glam::DVec3;
 use serde::Serialize;
 
-use crate::commands::bake::{named, resolution, use_threads};
+use crate::commands::bake::{named, resolution, use_threads, without};
 use crate::commands::render::positive;
 use crate::console::Console;
+use crate::pictures::baked_model::BakedModel;
 use crate::usage::usage;
 use crate::{interrupt, output};
-use setting::{Up, setting};
+use setting::{MODEL, Up, setting};
 
-/// Bake a model, and draw its shadows beside ray-traced ones: one picture that tells how good they are
+/// Bake a model, and draw its shadows beside ray-traced ones: a picture that tells how good they are
 ///
 /// The model stands on a floor before a wall. The first row shows the truth, the grid and their
-/// difference, the second the lit scene without and with the grid's occlusion and the errors by area, the
-/// third the grid itself, cut through its middle.
+/// difference, the second the lit scene without and with the grid's occlusion, and the errors by area.
+/// A second picture, NAME-grid.png, shows the grid itself, cut through its middle.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// The model: OBJ, glTF, GLB, STL or PLY, or .gz of one
     model: PathBuf,
-    /// The PNG to write
+    /// The PNG to write; the grid's picture goes beside it, as NAME-grid.png
     #[arg(short, long, value_name = "PNG")]
     out: PathBuf,
     /// Preset of the grid
@@ -42,6 +44,9 @@ pub(crate) struct Args {
     /// Cells along an axis: one number, or three as 32x24x32 [default: the preset's]
     #[arg(long, value_parser = resolution)]
     resolution: Option<[u32; 3]>,
+    /// Leave out a part of the model, by its name; may be given several times
+    #[arg(long, value_name = "PART")]
+    without: Vec<String>,
     /// The model's axis that points up
     #[arg(long, default_value = "y")]
     up: Up,
@@ -63,7 +68,8 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Examples:
   aogrid preview assets/table.obj -o table.png
-  aogrid preview part.stl --up z --preset economy -o part.png";
+  aogrid preview part.stl --up z --preset economy -o part.png
+  aogrid preview palm.glb --without Landscape -o palm.png";
 
 /// The report for a machine.
 #[derive(Serialize)]
@@ -89,6 +95,10 @@ struct Previewed {
     shaded: Shaded,
     errors: ModeErrors,
     up: DVec3,
+    /// The axis that points up.
+    vertical: usize,
+    /// The id of the model among the receivers'.
+    model_id: u32,
 }
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
@@ -105,18 +115,28 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         )));
     }
     output::check_not_input(&args.out, &args.model)?;
-    output::check_new(&args.out, args.force)?;
-    let shown = || args.model.display().to_string();
-    let loaded = mesh::load(&args.model).with_context(shown)?;
-    let bounds = loaded.mesh.bounds();
-    drop(loaded);
-    let mut scene = setting(args, &bounds)?;
+    let grid_picture = grid_picture(&args.out);
+    for out in [&args.out, &grid_picture] {
+        output::check_new(out, args.force)?;
+    }
+    let mesh = mesh(args, console)?;
+    let mut scene = setting(args, &mesh.bounds())?;
+    // The scene has the whole model.
+    let model = scene.meshes.iter_mut().find(|mesh| mesh.name == MODEL);
+    model.context("the scene has the model")?.mesh = Arc::new(mesh);
     for warning in &scene.warnings {
         console.warning(warning);
     }
     let previewed = preview(args, &mut scene, console)?;
-    output::write(&args.out, &picture::png(&previewed)?)?;
-    console.note(&format!("wrote {}", args.out.display()));
+    let model = BakedModel::new(&previewed.grid, previewed.mesh.clone(), console)?;
+    let pictures = [
+        (&args.out, picture::png(&previewed)?),
+        (&grid_picture, grid::png(&previewed, &model)?),
+    ];
+    for (out, png) in pictures {
+        output::write(out, &png)?;
+        console.note(&format!("wrote {}", out.display()));
+    }
     let spec = previewed.grid.spec();
     if args.json {
         return console.json(&Report {
@@ -129,6 +149,32 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         });
     }
     Ok(())
+}
+
+/// Reads the model's mesh without the parts that the user leaves out, and tells what is odd about it.
+fn mesh(args: &Args, console: &Console) -> anyhow::Result<TriangleMesh> {
+    let shown = || args.model.display().to_string();
+    let loaded = mesh::load(&args.model).with_context(shown)?;
+    let (rounding, mut warnings) = (loaded.rounding, loaded.warnings);
+    let mesh = match args.without.is_empty() {
+        true => loaded.mesh,
+        false => without(&loaded.mesh, &args.without).with_context(shown)?,
+    };
+    let mut placement = args.preset.placement();
+    placement.resolution = args.resolution.unwrap_or(placement.resolution);
+    let spec = placement.place(&mesh.bounds()).with_context(shown)?;
+    warnings.extend(mesh_warnings(&mesh, &spec, rounding));
+    for warning in warnings {
+        console.warning(&format!("{}: {warning}", args.model.display()));
+    }
+    Ok(mesh)
+}
+
+/// Returns the path of the second picture: NAME-grid.png beside NAME.png.
+fn grid_picture(out: &Path) -> PathBuf {
+    let mut name = out.file_stem().unwrap_or_default().to_owned();
+    name.push("-grid.png");
+    out.with_file_name(name)
 }
 
 /// Bakes the model's grid, and shades the scene by ray tracing and by the grid.
@@ -148,6 +194,8 @@ fn preview(args: &Args, scene: &mut Scene, console: &Console) -> anyhow::Result<
     let (truth, shaded) = (truth?, shaded?);
     let areas = areas(scene, &target)?;
     let errors = errors("cone", &shaded, &truth, &areas);
+    let model_id = scene.instances.iter().find(|instance| instance.mesh == idx);
+    let model_id = model_id.map(|instance| instance.id);
     let name = args.model.file_name().unwrap_or_default().to_string_lossy();
     Ok(Previewed {
         title: format!("{name}, preset {}", args.preset.name()),
@@ -158,6 +206,8 @@ fn preview(args: &Args, scene: &mut Scene, console: &Console) -> anyhow::Result<
         shaded,
         errors,
         up: scene.up,
+        vertical: args.up.axis(),
+        model_id: model_id.context("the model stands in the scene")?,
         target,
     })
 }

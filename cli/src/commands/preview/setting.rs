@@ -19,6 +19,9 @@ pub(super) enum Up {
     Z,
 }
 
+/// The name of the model in the scene.
+pub(super) const MODEL: &str = "model";
+
 /// The size of a panel's picture in pixels.
 const SIZE: [u32; 2] = [420, 315];
 
@@ -48,6 +51,14 @@ impl Up {
                 up: DVec3::Z,
                 towards: DVec3::NEG_Y,
             },
+        }
+    }
+
+    /// Returns the index of the axis.
+    pub(super) fn axis(self) -> usize {
+        match self {
+            Self::Y => 1,
+            Self::Z => 2,
         }
     }
 
@@ -115,8 +126,8 @@ fn text(args: &Args, bounds: &Bounds, path: &Path) -> anyhow::Result<String> {
     write!(
         text,
         "[[mesh]]\nname = 'ground'\nrectangle = [{size}, {size}]\n\
-         [[mesh]]\nname = 'model'\nfile = {model}\ngrid = {{ {grid} }}\n\
-         [[instance]]\nmesh = 'model'\n"
+         [[mesh]]\nname = '{MODEL}'\nfile = {model}\ngrid = {{ {grid} }}\n\
+         [[instance]]\nmesh = '{MODEL}'\n"
     )?;
     let middle = wall + 0.5 * size * axes.up;
     for (name, place, turn) in [("floor", foot, floor_turn), ("wall", middle, wall_turn)] {

@@ -13,7 +13,7 @@ use crate::usage::{conflict, usage};
 /// Render a scene: a picture as PNG or EXR, or a list of receivers as CSV
 ///
 /// The extension of OUT decides. PNG: 1 − AO as linear gray, or light in sRGB if the scene is lit;
-/// several modes side by side. EXR: float channels AO, AO.stderr and, in a lit scene, R, G, B;
+/// several modes side by side, labeled, and with their errors if mode truth is one of them. EXR: float channels AO, AO.stderr and, in a lit scene, R, G, B;
 /// of several modes with the mode's name in front. CSV: the list's columns and those of every mode.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -45,6 +45,9 @@ pub(crate) struct Args {
     /// unlimited]
     #[arg(long, value_name = "D", value_parser = positive, allow_hyphen_values = true)]
     pub max_distance: Option<f64>,
+    /// Factor for the light of a lit scene's picture [default: the scene's, else 1]
+    #[arg(long, value_name = "X", value_parser = positive, allow_hyphen_values = true)]
+    pub exposure: Option<f64>,
     /// Keep only the first N of the scene's occluders
     #[arg(long, value_name = "N")]
     pub occluders: Option<usize>,

@@ -14,6 +14,7 @@ pub(crate) use args::{Args, mode_parser, override_truth, positive};
 
 use crate::commands::bake::use_threads;
 use crate::console::Console;
+use crate::usage::usage;
 use crate::{interrupt, output as files};
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
@@ -42,6 +43,10 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         console.warning(&format!("{}: {warning}", scene.path.display()));
     }
     args.apply_to(&mut scene.truth);
+    if let Some(exposure) = args.exposure {
+        ensure_exposure_counts(&scene, kind)?;
+        scene.exposure = exposure as f32;
+    }
     let target = target(args, kind, &scene, console)?;
     let environment = match &scene.environment {
         Some(source) => Some(load_environment(source, console)?),
@@ -71,6 +76,21 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     };
     files::write(&args.out, &bytes)?;
     console.note(&format!("wrote {}", args.out.display()));
+    Ok(())
+}
+
+/// Refuses an exposure that would change nothing.
+fn ensure_exposure_counts(scene: &Scene, kind: OutputKind) -> anyhow::Result<()> {
+    let shown = scene.path.display();
+    if kind != OutputKind::Png {
+        return Err(usage(format!(
+            "{shown}: --exposure is for PNG; EXR and CSV hold radiance itself"
+        )));
+    }
+    ensure!(
+        scene.shows_light,
+        "{shown}: --exposure needs a lit scene: this one's picture shows 1 − AO"
+    );
     Ok(())
 }
 

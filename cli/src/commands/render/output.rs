@@ -1,55 +1,71 @@
 //! Pictures and tables of shading results.
 
-use std::io::Cursor;
-
 use anyhow::Context;
-use image::{ImageFormat, Rgb, RgbImage};
-
 use aogrid_scene::shade::{Mode, ShadeInput, Shaded};
 use aogrid_scene::{GBuffer, ReceiverList};
 
-/// Gap between modes side by side, in pixels.
-const GAP: u32 = 4;
-const GAP_COLOR: [u8; 3] = [24, 24, 28];
+use crate::pictures::canvas::{Canvas, Color, INK};
+use crate::pictures::panels::{GAP, LINE, NO_SURFACE, gray};
 
-/// Returns a PNG with the modes side by side.
+/// Returns a PNG of one mode, or of several side by side under their names.
 pub(super) fn png(
     input: &ShadeInput<'_>,
-    (gbuffer, pixels): &(GBuffer, Vec<usize>),
+    picture: &(GBuffer, Vec<usize>),
     shaded: &[(&Mode, Shaded)],
 ) -> anyhow::Result<Vec<u8>> {
-    let [width, height] = gbuffer.size;
-    let modes = shaded.len() as u32;
-    let mut image = RgbImage::from_pixel(modes * (width + GAP) - GAP, height, Rgb(GAP_COLOR));
-    let exposure = input.scene.exposure;
-    for (mode, (_, shaded)) in (0..).zip(shaded) {
-        let mut put = |pixel: usize, color| {
-            let (x, y) = (pixel as u32 % width, pixel as u32 / width);
-            image.put_pixel(mode * (width + GAP) + x, y, Rgb(color));
-        };
-        match shaded.light.as_ref().filter(|_| input.scene.shows_light) {
-            None => {
-                // Pixels without a surface are unoccluded.
-                (0..gbuffer.ids.len()).for_each(|pixel| put(pixel, [255; 3]));
-                for (&pixel, &ao) in pixels.iter().zip(&shaded.occlusion) {
-                    put(pixel, [byte(1.0 - ao); 3]);
-                }
-            }
-            Some(light) => {
-                for (pixel, color) in sky(input, gbuffer).into_iter().enumerate() {
-                    put(pixel, display(color, exposure));
-                }
-                for (idx, &pixel) in pixels.iter().enumerate() {
-                    put(pixel, display(reflected(input, idx, light[idx]), exposure));
-                }
-            }
+    let [width, height] = picture.0.size;
+    let (modes, gap) = (shaded.len() as u32, GAP);
+    let top = if modes > 1 { LINE } else { 0 };
+    let mut canvas = Canvas::new(modes * (width + gap) - gap, top + height);
+    let truth = shaded.iter().find(|(mode, _)| mode.name == TRUTH);
+    for (mode, (column, shaded)) in (0..).zip(shaded) {
+        let left = mode * (width + gap);
+        if modes > 1 {
+            let label = label(column, shaded, truth.map(|(_, truth)| truth));
+            canvas.text(left, 1, &label, INK);
+        }
+        for (pixel, color) in colors(input, picture, shaded).into_iter().enumerate() {
+            let pixel = pixel as u32;
+            canvas.set(left + pixel % width, top + pixel / width, color);
         }
     }
-    let mut png = Cursor::new(Vec::new());
-    image
-        .write_to(&mut png, ImageFormat::Png)
-        .context("cannot encode the picture")?;
-    Ok(png.into_inner())
+    crate::pictures::png(&canvas.into_image())
+}
+
+/// The mode that the others are measured against.
+const TRUTH: &str = "truth";
+
+/// Returns a mode's name and, beside truth, the error of its occlusion.
+fn label(mode: &Mode, shaded: &Shaded, truth: Option<&Shaded>) -> String {
+    let Some(truth) = truth.filter(|_| mode.name != TRUTH) else {
+        return mode.name.to_owned();
+    };
+    let pairs = shaded.occlusion.iter().zip(&truth.occlusion);
+    let squares: f64 = pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum();
+    let rmse = (squares / shaded.occlusion.len().max(1) as f64).sqrt();
+    format!("{}: RMSE of AO {rmse:.3}", mode.name)
+}
+
+/// Returns the color of each pixel: light in a lit scene, else 1 − AO.
+fn colors(
+    input: &ShadeInput<'_>,
+    (gbuffer, pixels): &(GBuffer, Vec<usize>),
+    shaded: &Shaded,
+) -> Vec<Color> {
+    let exposure = input.scene.exposure;
+    let Some(light) = shaded.light.as_ref().filter(|_| input.scene.shows_light) else {
+        let mut colors = vec![NO_SURFACE; gbuffer.ids.len()];
+        for (&pixel, &ao) in pixels.iter().zip(&shaded.occlusion) {
+            colors[pixel] = gray(ao);
+        }
+        return colors;
+    };
+    let sky = sky(input, gbuffer).into_iter();
+    let mut colors: Vec<_> = sky.map(|color| display(color, exposure)).collect();
+    for (idx, &pixel) in pixels.iter().enumerate() {
+        colors[pixel] = display(reflected(input, idx, light[idx]), exposure);
+    }
+    colors
 }
 
 /// Returns an EXR file with the channels of every mode: `AO`, `AO.stderr`, and in a lit scene `R`,

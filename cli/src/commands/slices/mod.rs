@@ -1,25 +1,22 @@
 //! `slices`: a picture of a grid's slices for visual inspection.
 
-mod inside;
-pub(crate) mod outline;
 mod sheet;
 
-use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, bail};
-use aogrid_bake_core::Classification;
 use aogrid_bake_core::TriangleMesh;
 use aogrid_bake_core::mesh::{self, MeshFile};
 use aogrid_grid_format::Grid;
-use image::ImageFormat;
 
 use super::info::read_grid;
 use crate::console::Console;
 use crate::output;
+use crate::pictures::baked_model::BakedModel;
+use crate::pictures::png;
 
-/// Draw a grid's slices across z as one PNG: occlusion, directions as colors, the model's outline,
+/// Draw a grid's slices across an axis as one PNG: occlusion, directions as colors, the model's outline,
 /// and the cells inside it
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -33,15 +30,27 @@ pub(crate) struct Args {
     /// lies beside the grid]
     #[arg(long, value_name = "MODEL")]
     mesh: Option<PathBuf>,
+    /// The axis that the slices lie across
+    #[arg(long, value_enum, default_value = "z")]
+    axis: Axis,
     /// Replace files that exist
     #[arg(long)]
     force: bool,
+}
+
+/// An axis of the grid.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Axis {
+    X,
+    Y,
+    Z,
 }
 
 /// The examples at the end of `slices --help`.
 const EXAMPLES: &str = "\
 Examples:
   aogrid slices table.ao.ktx2 -o table.png
+  aogrid slices table.ao.ktx2 -o from-above.png --axis y
   aogrid slices table.ao.ktx2 --mesh assets/table.obj -o table.png";
 
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
@@ -53,33 +62,31 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     output::check_new(&args.out, args.force)?;
     let model = match find_mesh(args, &grid, console)? {
         Some(mesh) => {
-            let cells = inside::classify(&grid, &mesh, console)
-                .with_context(|| args.file.display().to_string())?;
-            Some(BakedModel { mesh, cells })
+            let model = BakedModel::new(&grid, mesh, console);
+            Some(model.with_context(|| args.file.display().to_string())?)
         }
         None => None,
     };
     let name = args.file.file_name().unwrap_or_default();
-    let sheet = sheet::draw(&grid, model.as_ref(), &name.to_string_lossy());
+    let sheet = sheet::draw(
+        &grid,
+        model.as_ref(),
+        args.axis as usize,
+        &name.to_string_lossy(),
+    );
     let (width, height) = (sheet.width(), sheet.height());
-    let mut png = Cursor::new(Vec::new());
-    sheet
-        .write_to(&mut png, ImageFormat::Png)
-        .context("cannot encode the picture")?;
-    output::write(&args.out, png.get_ref())?;
+    output::write(&args.out, &png(&sheet)?)?;
     console.note(&format!("wrote {} ({width}×{height})", args.out.display()));
     Ok(())
 }
 
-/// The model that a grid was baked from, and the class of each cell.
-struct BakedModel {
-    mesh: TriangleMesh,
-    cells: Classification,
-}
-
 /// Returns the mesh that the grid was baked from, or the one that the user named; `None` with a
 /// note if there is neither.
-fn find_mesh(args: &Args, grid: &Grid, console: &Console) -> anyhow::Result<Option<TriangleMesh>> {
+fn find_mesh(
+    args: &Args,
+    grid: &Grid,
+    console: &Console,
+) -> anyhow::Result<Option<Arc<TriangleMesh>>> {
     let source = &grid.record().source;
     let beside = args.file.with_file_name(&source.name);
     let path: &Path = match &args.mesh {
@@ -107,15 +114,16 @@ fn find_mesh(args: &Args, grid: &Grid, console: &Console) -> anyhow::Result<Opti
     let Some(part) = &source.part else {
         let without = &grid.record().without;
         return match without.is_empty() {
-            true => Ok(Some(loaded.mesh)),
+            true => Ok(Some(Arc::new(loaded.mesh))),
             false => {
                 let mesh = loaded.mesh.without(without);
-                Ok(Some(mesh.with_context(|| path.display().to_string())?))
+                let mesh = mesh.with_context(|| path.display().to_string())?;
+                Ok(Some(Arc::new(mesh)))
             }
         };
     };
     match loaded.mesh.parts().iter().position(|p| p.name == *part) {
-        Some(idx) => Ok(Some(Arc::unwrap_or_clone(loaded.part(idx)?.mesh))),
+        Some(idx) => Ok(Some(loaded.part(idx)?.mesh)),
         None => bail!("{}: it has no part `{part}`", path.display()),
     }
 }

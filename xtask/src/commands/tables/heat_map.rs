@@ -6,7 +6,7 @@ use anyhow::Context;
 use aogrid_tables::{ClipTable, MergeTable};
 use image::ImageFormat;
 
-use aogrid::canvas::{Canvas, Color, DIM, GLYPH_SIZE, INK};
+use aogrid::pictures::canvas::{Canvas, Color, DIM, GLYPH_HEIGHT, GLYPH_WIDTH, INK};
 
 /// Side of a map, in pixels.
 const MAP_SIDE: u32 = 256;
@@ -14,7 +14,7 @@ const MARGIN: u32 = 24;
 /// Gap between maps, with room for the labels of the axes.
 const GAP: u32 = 48;
 /// Height of the labels above and below a map.
-const LABEL_HEIGHT: u32 = 3 * GLYPH_SIZE;
+const LABEL_HEIGHT: u32 = 2 * GLYPH_HEIGHT + 4;
 const SCALE_HEIGHT: u32 = 12;
 
 /// A map of a function of two variables in 0..=1, with its labels.
@@ -73,7 +73,7 @@ fn draw_map(canvas: &mut Canvas, [left, top]: [u32; 2], map: &Map<'_>) {
     canvas.text(left, top, &map.title, INK);
     canvas.text(
         left,
-        top + GLYPH_SIZE + 2,
+        top + GLYPH_HEIGHT,
         &format!("up: {}", map.axes[1]),
         DIM,
     );
@@ -97,7 +97,7 @@ fn draw_scale(canvas: &mut Canvas, [left, top]: [u32; 2]) {
     for (x, text) in [
         (0, "0"),
         (MAP_SIDE / 2 - 12, "0.5"),
-        (MAP_SIDE - GLYPH_SIZE, "1"),
+        (MAP_SIDE - GLYPH_WIDTH, "1"),
     ] {
         canvas.text(left + x, top + SCALE_HEIGHT + 4, text, DIM);
     }

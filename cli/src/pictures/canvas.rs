@@ -1,10 +1,14 @@
 //! A raster image with lines and text.
 
-use font8x8::{BASIC_FONTS, LATIN_FONTS, UnicodeFonts};
 use image::{Rgb, RgbImage};
+use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 
-/// The width and height of a character, in pixels.
-pub const GLYPH_SIZE: u32 = 8;
+const WEIGHT: FontWeight = FontWeight::Regular;
+const SIZE: RasterHeight = RasterHeight::Size16;
+
+/// The width and the height of a character with the space around it, in pixels.
+pub const GLYPH_WIDTH: u32 = get_raster_width(WEIGHT, SIZE) as u32;
+pub const GLYPH_HEIGHT: u32 = SIZE.val() as u32;
 
 pub type Color = [u8; 3];
 
@@ -34,16 +38,25 @@ impl Canvas {
     /// Writes `text` with its upper left corner at (x, y).
     pub fn text(&mut self, mut x: u32, y: u32, text: &str, color: Color) {
         for character in text.chars() {
-            let glyph = BASIC_FONTS
-                .get(character)
-                .or_else(|| LATIN_FONTS.get(character));
-            let glyph = glyph.or_else(|| BASIC_FONTS.get('?')).unwrap_or_default();
-            for (row, bits) in (0..).zip(glyph) {
-                for column in (0..GLYPH_SIZE).filter(|column| bits >> column & 1 == 1) {
-                    self.set(x + column, y + row, color);
+            let glyph =
+                get_raster(character, WEIGHT, SIZE).or_else(|| get_raster('?', WEIGHT, SIZE));
+            let rows = glyph.iter().flat_map(|glyph| glyph.rows());
+            for (row, coverages) in (y..).zip(rows) {
+                for (column, &coverage) in (x..).zip(coverages) {
+                    self.blend(column, row, color, f32::from(coverage) / 255.0);
                 }
             }
-            x += GLYPH_SIZE;
+            x += GLYPH_WIDTH;
+        }
+    }
+
+    /// Mixes the share `opacity` of a color into a pixel; does nothing outside the image.
+    fn blend(&mut self, x: u32, y: u32, color: Color, opacity: f32) {
+        if let Some(Rgb(pixel)) = self.0.get_pixel_mut_checked(x, y) {
+            for (old, new) in pixel.iter_mut().zip(color) {
+                let mixed = f32::from(*old) * (1.0 - opacity) + f32::from(new) * opacity;
+                *old = mixed.round() as u8;
+            }
         }
     }
 
@@ -85,6 +98,18 @@ fn clip(a: [f64; 2], b: [f64; 2], size: [f64; 2]) -> Option<[[f64; 2]; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn text_has_the_width_of_its_characters() {
+        let mut canvas = Canvas::new(40, GLYPH_HEIGHT);
+        canvas.text(0, 0, "HH", INK);
+        let image = canvas.into_image();
+        let is_inked = |x: u32| (0..GLYPH_HEIGHT).any(|y| image.get_pixel(x, y).0 != BACKGROUND);
+        let inked = |from: u32| (from..from + GLYPH_WIDTH).map(is_inked).collect::<Vec<_>>();
+        assert!(inked(0).contains(&true));
+        assert_eq!(inked(0), inked(GLYPH_WIDTH));
+        assert!(!inked(2 * GLYPH_WIDTH).contains(&true));
+    }
 
     #[test]
     fn lines_are_clipped_to_their_rectangle() {

@@ -1,10 +1,10 @@
 //! Panels of a picture: AO and its signed difference from the truth, as colors.
 
-use crate::canvas::{Canvas, Color, DIM, GLYPH_SIZE};
+use super::canvas::{Canvas, Color, DIM, GLYPH_HEIGHT, GLYPH_WIDTH};
 
 /// The gap between panels, and the height of a line of text, in pixels.
 pub(crate) const GAP: u32 = 8;
-pub(crate) const LINE: u32 = GLYPH_SIZE + 6;
+pub(crate) const LINE: u32 = GLYPH_HEIGHT + 4;
 
 /// The difference at the ends of the color scale.
 const MAX_DIFFERENCE: f32 = 0.25;
@@ -39,11 +39,16 @@ impl Panel<'_> {
     }
 
     /// Sets the pixels of the receivers to the colors of their values.
-    pub(crate) fn fill(&mut self, [x, y]: [u32; 2], values: &[f32], color: impl Fn(f32) -> Color) {
-        for (&pixel, &value) in self.pixels.iter().zip(values) {
+    pub(crate) fn fill(&mut self, origin: [u32; 2], values: &[f32], color: impl Fn(f32) -> Color) {
+        self.paint(origin, values.iter().map(|&value| color(value)));
+    }
+
+    /// Sets the pixels of the receivers to their colors.
+    pub(crate) fn paint(&mut self, [x, y]: [u32; 2], colors: impl Iterator<Item = Color>) {
+        for (&pixel, color) in self.pixels.iter().zip(colors) {
             let pixel = pixel as u32;
-            let at = [x + pixel % self.width, y + pixel / self.width];
-            self.canvas.set(at[0], at[1], color(value));
+            self.canvas
+                .set(x + pixel % self.width, y + pixel / self.width, color);
         }
     }
 
@@ -59,7 +64,7 @@ impl Panel<'_> {
             (format!("too dark +{MAX_DIFFERENCE}"), 1.0),
         ];
         for (text, along) in labels {
-            let free = self.width.saturating_sub(text.len() as u32 * GLYPH_SIZE);
+            let free = self.width.saturating_sub(text.len() as u32 * GLYPH_WIDTH);
             let start = x + (along * free as f32) as u32;
             self.canvas.text(start, y + SCALE_HEIGHT + 2, &text, DIM);
         }
