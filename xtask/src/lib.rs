@@ -10,7 +10,7 @@ use std::process::ExitCode;
 
 use aogrid::console::Console;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use commands::{bench, ci, shader_cost, tables, verify_bake};
+use commands::{bench, bench_shading, ci, reproduce, shader_cost, tables, verify_bake};
 
 #[derive(Parser)]
 #[command(
@@ -34,6 +34,8 @@ enum Command {
     Product(aogrid::Command),
     VerifyBake(verify_bake::Args),
     Bench(bench::Args),
+    BenchShading(bench_shading::Args),
+    Reproduce(reproduce::Args),
     Tables(tables::Args),
     ShaderCost(shader_cost::Args),
     /// Check everything that must hold before a change lands: tables, format, clippy,
@@ -66,6 +68,8 @@ pub fn run() -> ExitCode {
         Command::Product(command) => command.run(&console),
         Command::VerifyBake(args) => verify_bake::run(&args, &console),
         Command::Bench(args) => bench::run(&args, &console),
+        Command::BenchShading(args) => bench_shading::run(&args, &console),
+        Command::Reproduce(args) => reproduce::run(&args, &console),
         Command::Tables(args) => tables::run(&args, &console),
         Command::ShaderCost(args) => shader_cost::run(&args, &console),
         Command::Ci => ci::run(&console),
