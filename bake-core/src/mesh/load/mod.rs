@@ -1,8 +1,8 @@
 //! Loading of mesh files, with the name and hash that a grid records.
 
-mod crossing;
 mod format;
 mod gltf;
+mod large_polygon;
 mod obj;
 mod obj_lines;
 mod parts;

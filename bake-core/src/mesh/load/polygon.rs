@@ -2,7 +2,7 @@
 
 use earcut::{Earcut, utils3d::project3d_to_2d};
 
-use super::crossing::crosses_itself;
+use super::large_polygon;
 
 /// A triangulator of polygons that reuses its buffers.
 pub(super) struct Triangulator {
@@ -19,9 +19,8 @@ pub(super) struct Triangulator {
 /// sums in double precision, far below what a crossing of any size to speak of makes.
 const AREA_TOLERANCE: f64 = 1e-6;
 
-/// The corners up to which a polygon is cut without a look whether it crosses itself: then it takes less
-/// than 0.1 s, and crossings without an area to speak of do not matter.
-const MAX_CUT: usize = 10_000;
+/// The corners up to which ears are cut off, which takes a time that grows with their square or more.
+const MAX_EARS: usize = 1_000;
 
 impl Triangulator {
     pub(super) fn new() -> Self {
@@ -64,14 +63,14 @@ impl Triangulator {
         if outline == Outline::Concave
             && project3d_to_2d(&self.corners, self.corners.len(), &mut self.projected)
         {
-            // Cutting ears from one that crosses itself takes a time that grows with the square.
-            let is_crossing = self.corners.len() > MAX_CUT && crosses_itself(&self.projected);
-            if !is_crossing {
+            if self.corners.len() > MAX_EARS {
+                large_polygon::cut(&self.projected, &mut self.indices);
+            } else {
                 let no_holes: [u32; 0] = [];
-                self.earcut
-                    .earcut(self.projected.iter().copied(), &no_holes, &mut self.indices);
+                let projected = self.projected.iter().copied();
+                self.earcut.earcut(projected, &no_holes, &mut self.indices);
             }
-            if is_crossing || !covers(&self.projected, &self.indices) {
+            if !covers(&self.projected, &self.indices) {
                 self.crossing += 1;
                 self.indices.clear();
             }
