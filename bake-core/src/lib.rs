@@ -38,6 +38,7 @@ mod face_bits;
 mod face_sums;
 mod far_field;
 mod fit;
+pub mod glb;
 pub mod layers;
 pub mod models;
 mod observer;

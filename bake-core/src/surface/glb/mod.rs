@@ -1,49 +1,18 @@
-//! GLB files with baked attributes: the file that came in, with what is new spliced in.
-//!
-//! Nothing is parsed and written anew: what is not edited keeps its bytes, unknown extensions, order of
-//! keys and digits included. New values follow the old ones in the binary chunk.
+//! GLB files with baked attributes: the file that came in, with what is new [spliced in](crate::glb).
 
-mod container;
-mod json;
 #[cfg(test)]
 mod tests;
 
 use std::collections::HashMap;
 use std::ops::Range;
 
-use container::Container;
-use json::{Edits, Text};
-
+use crate::glb::{Edits, GlbError, Splice, extras};
 use crate::mesh::PosedPrimitive;
 
 /// The attribute of accessibility, a float.
 pub const ACCESSIBILITY: &str = "_ACCESSIBILITY";
 /// The attribute of bent normals, three floats in the mesh's own frame.
 pub const BENT_NORMAL: &str = "_BENT_NORMAL";
-
-/// The reason that values cannot be added to a file.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum GlbError {
-    /// The file is no GLB.
-    #[error("it is not a GLB: save the model as one GLB, or name a PLY to write")]
-    NotGlb,
-    /// The container is malformed.
-    #[error("its GLB container is broken")]
-    Broken,
-    /// The JSON is malformed.
-    #[error("its JSON is malformed: {0}")]
-    Json(String),
-    /// The first buffer is another file or is written in the JSON.
-    #[error("its first buffer is not in the GLB itself: save the model as one GLB")]
-    NoBinary,
-    /// The JSON lacks what the values are for.
-    #[error("its JSON has no {0}: was the file changed meanwhile?")]
-    Missing(&'static str),
-    /// The file would be larger than a GLB can be.
-    #[error("with the values it would be larger than 4 GiB")]
-    TooLarge,
-}
 
 /// The values of a primitive's vertices.
 #[derive(Clone, Debug)]
@@ -70,60 +39,36 @@ pub fn add_to_glb(
     values: &[GlbValues<'_>],
     record: &str,
 ) -> Result<Vec<u8>, GlbError> {
-    let container = Container::new(bytes)?;
-    // Edits take for granted that the text is valid.
-    serde_json::from_slice::<serde_json::Value>(container.json)
-        .map_err(|error| GlbError::Json(error.to_string()))?;
-    let text = Text(container.json);
-    let mut editor = Editor::new(&text, container.bin)?;
+    let mut editor = Editor::new(bytes)?;
     // The primitives of a node follow each other.
     for of_node in values.chunk_by(|a, b| a.primitive.node == b.primitive.node) {
         editor.node(of_node)?;
     }
     editor.record(record)?;
-    let (json, bin) = editor.finish()?;
-    container.with(json, bin)
+    editor.finish()
 }
 
 /// The edits of a file so far.
 struct Editor<'a> {
-    text: &'a Text<'a>,
-    root: Range<usize>,
+    splice: Splice<'a>,
     meshes: Vec<Range<usize>>,
     nodes: Vec<Range<usize>>,
-    edits: Edits,
-    bin: Vec<u8>,
     n_accessors: usize,
-    n_views: usize,
     accessors: Vec<String>,
-    views: Vec<String>,
     copies: Vec<String>,
     /// The first node of each mesh.
     owners: HashMap<usize, usize>,
 }
 
 impl<'a> Editor<'a> {
-    fn new(text: &'a Text<'a>, bin: Option<&[u8]>) -> Result<Self, GlbError> {
-        let root = text.root();
-        let list = |name: &str| text.member(&root, name).map(|list| text.elements(&list));
-        let buffers = list("buffers").unwrap_or_default();
-        let is_own = |buffer: &Range<usize>| text.member(buffer, "uri").is_none();
-        if buffers.first().is_some_and(|first| !is_own(first))
-            || (buffers.is_empty() != bin.is_none())
-        {
-            return Err(GlbError::NoBinary);
-        }
+    fn new(bytes: &'a [u8]) -> Result<Self, GlbError> {
+        let splice = Splice::new(bytes)?;
         Ok(Self {
-            meshes: list("meshes").ok_or(GlbError::Missing("meshes"))?,
-            nodes: list("nodes").unwrap_or_default(),
-            n_accessors: list("accessors").map_or(0, |list| list.len()),
-            n_views: list("bufferViews").map_or(0, |list| list.len()),
-            text,
-            root,
-            edits: Edits::default(),
-            bin: bin.unwrap_or_default().to_vec(),
+            meshes: splice.list("meshes").ok_or(GlbError::Missing("meshes"))?,
+            nodes: splice.list("nodes").unwrap_or_default(),
+            n_accessors: splice.list("accessors").map_or(0, |list| list.len()),
+            splice,
             accessors: vec![],
-            views: vec![],
             copies: vec![],
             owners: HashMap::new(),
         })
@@ -142,18 +87,18 @@ impl<'a> Editor<'a> {
             self.primitive(&range, values, &mut own)?;
         }
         if *self.owners.entry(mesh).or_insert(node) == node {
-            self.edits.extend(own);
+            self.splice.edits.extend(own);
             return Ok(());
         }
-        let copy = own.apply(self.text, range);
+        let copy = own.apply(&self.splice.text, range);
         let idx = self.meshes.len() + self.copies.len();
         // The text is valid UTF-8, as JSON must be, and edits cut it at ASCII characters alone.
         self.copies
             .push(String::from_utf8_lossy(&copy).into_owned());
         let range = self.nodes.get(node);
-        let reference = range.and_then(|node| self.text.member(node, "mesh"));
+        let reference = range.and_then(|node| self.splice.text.member(node, "mesh"));
         let reference = reference.ok_or(GlbError::Missing("such node"))?;
-        self.edits.replace(reference, idx.to_string());
+        self.splice.edits.replace(reference, idx.to_string());
         Ok(())
     }
 
@@ -164,15 +109,13 @@ impl<'a> Editor<'a> {
         edits: &mut Edits,
     ) -> Result<(), GlbError> {
         let missing = GlbError::Missing("such primitive");
-        let primitives = self
-            .text
-            .member(mesh, "primitives")
-            .ok_or(missing.clone())?;
-        let primitives = self.text.elements(&primitives);
+        let text = &self.splice.text;
+        let primitives = text.member(mesh, "primitives").ok_or(missing.clone())?;
+        let primitives = text.elements(&primitives);
         let primitive = primitives
             .get(values.primitive.primitive)
             .ok_or(missing.clone())?;
-        let attributes = self.text.member(primitive, "attributes").ok_or(missing)?;
+        let attributes = text.member(primitive, "attributes").ok_or(missing)?;
         let n = values.accessibility.len();
         let accessibility = self.accessor("SCALAR", n, &values.accessibility);
         let bent_normals = self.accessor("VEC3", n, values.bent_normals.as_flattened());
@@ -184,20 +127,15 @@ impl<'a> Editor<'a> {
             let colors = self.accessor("VEC4", n, colors.as_flattened());
             members.push(("COLOR_0", colors.to_string()));
         }
-        edits.set(self.text, &attributes, &members);
+        edits.set(&self.splice.text, &attributes, &members);
         Ok(())
     }
 
     /// Adds floats to the binary chunk; returns the index of their accessor.
     fn accessor(&mut self, kind: &str, count: usize, floats: &[f32]) -> usize {
-        self.bin.resize(self.bin.len().next_multiple_of(4), 0);
-        let (offset, length) = (self.bin.len(), 4 * floats.len());
-        self.bin.extend(floats.iter().flat_map(|v| v.to_le_bytes()));
-        let view = self.n_views + self.views.len();
+        let bytes: Vec<u8> = floats.iter().flat_map(|v| v.to_le_bytes()).collect();
         // 34962 is ARRAY_BUFFER, 5126 FLOAT.
-        self.views.push(format!(
-            r#"{{"buffer":0,"byteOffset":{offset},"byteLength":{length},"target":34962}}"#
-        ));
+        let view = self.splice.view(&bytes, 4, r#","target":34962"#);
         self.accessors.push(format!(
             r#"{{"bufferView":{view},"componentType":5126,"count":{count},"type":"{kind}"}}"#
         ));
@@ -206,47 +144,21 @@ impl<'a> Editor<'a> {
 
     /// Sets the record in the extras of the asset, unless its extras are no object.
     fn record(&mut self, record: &str) -> Result<(), GlbError> {
-        let asset = self.text.member(&self.root, "asset");
+        let Splice {
+            text, root, edits, ..
+        } = &mut self.splice;
+        let asset = text.member(root, "asset");
         let asset = asset.ok_or(GlbError::Missing("asset"))?;
-        let members = [("aogrid", record.to_owned())];
-        match self.text.member(&asset, "extras") {
-            Some(extras) if self.text.0[extras.start] == b'{' => {
-                self.edits.set(self.text, &extras, &members);
-            }
-            Some(_) => {}
-            None => {
-                let extras = format!(r#"{{"aogrid":{record}}}"#);
-                self.edits.set(self.text, &asset, &[("extras", extras)]);
-            }
-        }
+        let new = extras(text, edits, &asset, record.to_owned());
+        edits.set(text, &asset, new.as_slice());
         Ok(())
     }
 
-    fn finish(mut self) -> Result<(Vec<u8>, Vec<u8>), GlbError> {
-        let length = self.bin.len();
+    fn finish(self) -> Result<Vec<u8>, GlbError> {
         let lists = [
-            ("accessors", self.accessors.join(",")),
-            ("bufferViews", self.views.join(",")),
-            ("meshes", self.copies.join(",")),
+            ("accessors", &self.accessors[..]),
+            ("meshes", &self.copies[..]),
         ];
-        let mut new = Vec::new();
-        for (name, items) in &lists {
-            match self.text.member(&self.root, name) {
-                Some(list) => self.edits.append(self.text, &list, items),
-                None => new.push((*name, format!("[{items}]"))),
-            }
-        }
-        let buffers = self.text.member(&self.root, "buffers");
-        match buffers.map(|list| self.text.elements(&list)) {
-            Some(buffers) if !buffers.is_empty() => {
-                let length = [("byteLength", length.to_string())];
-                self.edits.set(self.text, &buffers[0], &length);
-            }
-            Some(_) => return Err(GlbError::NoBinary),
-            None => new.push(("buffers", format!(r#"[{{"byteLength":{length}}}]"#))),
-        }
-        self.edits.set(self.text, &self.root, &new);
-        let json = self.edits.apply(self.text, 0..self.text.0.len());
-        Ok((json, self.bin))
+        self.splice.finish(&lists)
     }
 }

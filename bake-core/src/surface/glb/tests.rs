@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 
-use super::container::Container;
 use super::*;
+use crate::glb::Container;
 use crate::mesh::LoadedMesh;
 
 /// Two nodes with one mesh of a primitive, the second one mirrored and stretched; unusual spaces, an

@@ -5,7 +5,7 @@
 use std::ops::Range;
 
 /// Values of a text, by their bytes.
-pub(super) struct Text<'a>(pub &'a [u8]);
+pub(crate) struct Text<'a>(pub &'a [u8]);
 
 impl Text<'_> {
     /// Returns the index of the first byte from `at` that is no space.
@@ -58,7 +58,7 @@ impl Text<'_> {
     }
 
     /// Returns the whole text's value.
-    pub(super) fn root(&self) -> Range<usize> {
+    pub(crate) fn root(&self) -> Range<usize> {
         let start = self.skip_space(0);
         start..self.value_end(start)
     }
@@ -89,13 +89,13 @@ impl Text<'_> {
     }
 
     /// Returns the elements of an array.
-    pub(super) fn elements(&self, array: &Range<usize>) -> Vec<Range<usize>> {
+    pub(crate) fn elements(&self, array: &Range<usize>) -> Vec<Range<usize>> {
         let children = self.children(array).into_iter();
         children.map(|(_, value)| value).collect()
     }
 
     /// Returns the value of an object's key: the last, if it has several, as parsers do.
-    pub(super) fn member(&self, object: &Range<usize>, name: &str) -> Option<Range<usize>> {
+    pub(crate) fn member(&self, object: &Range<usize>, name: &str) -> Option<Range<usize>> {
         let is_named = |key: &Range<usize>| {
             let key = serde_json::from_slice::<String>(&self.0[key.clone()]);
             key.is_ok_and(|key| key == name)
@@ -115,15 +115,15 @@ impl Text<'_> {
 
 /// Replacements of parts of a text.
 #[derive(Default)]
-pub(super) struct Edits(Vec<(Range<usize>, String)>);
+pub(crate) struct Edits(Vec<(Range<usize>, String)>);
 
 impl Edits {
-    pub(super) fn replace(&mut self, range: Range<usize>, text: impl Into<String>) {
+    pub(crate) fn replace(&mut self, range: Range<usize>, text: impl Into<String>) {
         self.0.push((range, text.into()));
     }
 
     /// Adds `items`, separated by commas, at the end of an array, or members at that of an object.
-    pub(super) fn append(&mut self, text: &Text<'_>, parent: &Range<usize>, items: &str) {
+    pub(crate) fn append(&mut self, text: &Text<'_>, parent: &Range<usize>, items: &str) {
         if items.is_empty() {
             return;
         }
@@ -133,7 +133,7 @@ impl Edits {
     }
 
     /// Sets a member of an object.
-    pub(super) fn set(
+    pub(crate) fn set(
         &mut self,
         text: &Text<'_>,
         object: &Range<usize>,
@@ -150,12 +150,12 @@ impl Edits {
     }
 
     /// Adds the edits of another.
-    pub(super) fn extend(&mut self, other: Self) {
+    pub(crate) fn extend(&mut self, other: Self) {
         self.0.extend(other.0);
     }
 
     /// Returns the edited part of a text. Edits outside `range` are not made.
-    pub(super) fn apply(&self, text: &Text<'_>, range: Range<usize>) -> Vec<u8> {
+    pub(crate) fn apply(&self, text: &Text<'_>, range: Range<usize>) -> Vec<u8> {
         let within =
             |edit: &&(Range<usize>, String)| edit.0.start >= range.start && edit.0.end <= range.end;
         let mut edits: Vec<_> = self.0.iter().filter(within).collect();

@@ -12,7 +12,7 @@ const HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;
 
 /// A GLB file taken apart.
-pub(super) struct Container<'a> {
+pub(crate) struct Container<'a> {
     pub json: &'a [u8],
     pub bin: Option<&'a [u8]>,
     /// The chunks behind them, as they are.
@@ -25,7 +25,7 @@ fn word(bytes: &[u8], at: usize) -> Option<usize> {
 }
 
 impl<'a> Container<'a> {
-    pub(super) fn new(bytes: &'a [u8]) -> Result<Self, GlbError> {
+    pub(crate) fn new(bytes: &'a [u8]) -> Result<Self, GlbError> {
         if !bytes.starts_with(GLTF) || word(bytes, 4) != Some(2) {
             return Err(GlbError::NotGlb);
         }
@@ -49,7 +49,7 @@ impl<'a> Container<'a> {
     }
 
     /// Returns the file with other JSON and another binary chunk, both padded as they must be.
-    pub(super) fn with(&self, mut json: Vec<u8>, mut bin: Vec<u8>) -> Result<Vec<u8>, GlbError> {
+    pub(crate) fn with(&self, mut json: Vec<u8>, mut bin: Vec<u8>) -> Result<Vec<u8>, GlbError> {
         json.resize(json.len().next_multiple_of(4), b' ');
         bin.resize(bin.len().next_multiple_of(4), 0);
         let length = HEADER + 2 * CHUNK_HEADER + json.len() + bin.len() + self.rest.len();
