@@ -29,8 +29,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use commands::{
-    adapters, bake, bake_surface, compare, completions, diff, export, info, man, model, preview,
-    render, slices, verify,
+    adapters, attach, bake, bake_surface, compare, completions, detach, diff, export, info, man,
+    model, preview, render, slices, verify,
 };
 
 #[doc(hidden)]
@@ -75,6 +75,8 @@ pub enum Command {
     #[command(alias = "sample")]
     Model(model::Args),
     Export(export::Args),
+    Attach(attach::Args),
+    Detach(detach::Args),
     Render(Box<render::Args>),
     Compare(Box<compare::Args>),
     Adapters(adapters::Args),
@@ -97,6 +99,8 @@ impl Command {
             Self::Preview(args) => preview::run(args, console),
             Self::Model(args) => model::run(args, console),
             Self::Export(args) => export::run(args, console),
+            Self::Attach(args) => attach::run(args, console),
+            Self::Detach(args) => detach::run(args, console),
             Self::Render(args) => render::run(args, console),
             Self::Compare(args) => compare::run(args, console),
             Self::Adapters(args) => adapters::run(args, console),

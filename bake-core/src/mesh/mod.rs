@@ -7,6 +7,7 @@ mod report;
 mod weld;
 
 pub use bounds::Bounds;
+pub(crate) use load::local_pose;
 pub use load::{
     GltfError, LoadError, LoadedMesh, MeshFile, ObjError, PartMesh, PlyError, Pose, PosedPrimitive,
     Resolver, StlError, load, read_obj,

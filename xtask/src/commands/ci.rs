@@ -24,7 +24,7 @@ const FORMAT: Check = Check {
 
 /// The checks behind the format, which is done at once. The first compiles everything; clippy and
 /// rustdoc share what they need, which is no machine code; tests find all compiled.
-const CHECKS: [Check; 5] = [
+const CHECKS: [Check; 6] = [
     Check {
         name: "build",
         args: "test --workspace --locked --no-run",
@@ -39,6 +39,13 @@ const CHECKS: [Check; 5] = [
     Check {
         name: "browser",
         args: "check --locked --no-default-features -p aogrid-baker-gpu -p aogrid-runtime",
+        rustdoc: "",
+    },
+    // A package with its own lock file: the writers of naga are features that nothing else needs.
+    Check {
+        name: "shading languages",
+        args: "run --locked --manifest-path integrations/shading-languages/Cargo.toml --target-dir \
+               target/shading-languages -- --check",
         rustdoc: "",
     },
     Check {

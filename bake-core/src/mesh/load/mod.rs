@@ -22,6 +22,7 @@ use super::{MeshError, TriangleMesh};
 use format::Format;
 pub use gltf::GltfError;
 use gltf::GltfFile;
+pub(crate) use gltf::local_pose;
 pub use obj::{ObjError, read_obj};
 pub use ply::PlyError;
 pub use pose::{PartMesh, Pose};

@@ -74,11 +74,30 @@ impl Pose {
     }
 
     /// Returns the pose that applies `first` and then this one.
-    pub(super) fn after(&self, first: &Self) -> Self {
+    pub fn after(&self, first: &Self) -> Self {
         Self {
             linear: first.linear.map(|column| self.vector(column)),
             translation: self.point(first.translation),
         }
+    }
+
+    /// Returns the pose that undoes this one; `None` if it scales an axis to nothing.
+    pub fn inverse(&self) -> Option<Self> {
+        let determinant = self.determinant();
+        if determinant == 0.0 || !determinant.is_finite() {
+            return None;
+        }
+        let [a, b, c] = self.linear;
+        let rows = [cross(b, c), cross(c, a), cross(a, b)];
+        let linear = Self {
+            linear: [0, 1, 2].map(|x| rows.map(|row| row[x] / determinant)),
+            translation: [0.0; 3],
+        };
+        let translation = linear.vector(self.translation).map(|v| -v);
+        Some(Self {
+            translation,
+            ..linear
+        })
     }
 
     /// Returns this pose without its translation, and the translation alone.
@@ -173,6 +192,14 @@ mod tests {
         let twice = MIRRORED.after(&MIRRORED);
         let p = [1.0, 2.0, 3.0];
         assert_eq!(twice.point(p), MIRRORED.point(MIRRORED.point(p)));
+        let back = MIRRORED.inverse().unwrap().after(&MIRRORED);
+        let (p, q) = ([1.0, 2.0, 3.0], back.point([1.0, 2.0, 3.0]));
+        assert!((0..3).all(|x| (p[x] - q[x]).abs() < 1e-15), "{q:?}");
+        let flat = Pose {
+            linear: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0; 3]],
+            ..MIRRORED
+        };
+        assert_eq!(flat.inverse(), None);
         let [linear, translation] = MIRRORED.split();
         assert_eq!(translation.after(&linear), MIRRORED);
     }

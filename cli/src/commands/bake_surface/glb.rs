@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
+use aogrid_bake_core::glb::GlbError;
 use aogrid_bake_core::mesh::{LoadedMesh, MeshFile, PosedPrimitive};
 use aogrid_bake_core::surface::glb::{GlbValues, add_to_glb};
 use aogrid_bake_core::surface::{SurfaceRecord, normalized};
@@ -13,7 +14,10 @@ pub(super) fn read(path: &Path, loaded: &LoadedMesh) -> anyhow::Result<Vec<u8>> 
     let shown = path.display();
     let bytes = fs::read(path).with_context(|| format!("{shown}: cannot read the file"))?;
     // Refuses what is no GLB with a buffer of its own.
-    add_to_glb(&bytes, &[], "null").with_context(|| shown.to_string())?;
+    match add_to_glb(&bytes, &[], "null") {
+        Err(error @ GlbError::NotGlb) => bail!("{shown}: {error}, or name a PLY to write"),
+        result => result.with_context(|| shown.to_string())?,
+    };
     ensure!(
         !loaded.primitives.is_empty(),
         "{shown}: it has no primitives"

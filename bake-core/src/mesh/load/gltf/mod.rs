@@ -12,6 +12,8 @@ mod tests;
 
 use std::io;
 
+pub(crate) use nodes::local_pose;
+
 use gltf_json::mesh::Semantic;
 use gltf_json::validation::{Checked, Validate};
 use gltf_json::{Path, Root};

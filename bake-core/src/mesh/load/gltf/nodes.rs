@@ -293,7 +293,7 @@ fn is_hidden(node: &Node) -> bool {
 }
 
 /// Returns the pose of a node in its parent.
-fn local_pose(node: &Node) -> Pose {
+pub(crate) fn local_pose(node: &Node) -> Pose {
     if let Some(matrix) = node.matrix {
         let m = matrix.map(f64::from);
         return Pose {
