@@ -8,8 +8,8 @@ mod weld;
 
 pub use bounds::Bounds;
 pub use load::{
-    GltfError, LoadError, LoadedMesh, MeshFile, ObjError, PartMesh, PlyError, Pose, PosedPrimitive,
-    Resolver, StlError, load, read_obj,
+    AnimationTime, GltfError, LoadError, LoadedMesh, MeshFile, ObjError, PartMesh, PlyError, Pose,
+    PosedPrimitive, Resolver, StlError, load, read_obj,
 };
 pub use report::MeshReport;
 pub(crate) use weld::first_duplicate;
