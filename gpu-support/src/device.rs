@@ -43,8 +43,17 @@ impl Gpu {
         adapter: &wgpu::Adapter,
         features: wgpu::Features,
     ) -> Result<Self, wgpu::RequestDeviceError> {
+        Self::limited(adapter, features, wgpu::Limits::default())
+    }
+
+    fn limited(
+        adapter: &wgpu::Adapter,
+        features: wgpu::Features,
+        limits: wgpu::Limits,
+    ) -> Result<Self, wgpu::RequestDeviceError> {
         let device = adapter.request_device(&wgpu::DeviceDescriptor {
             required_features: features & adapter.features(),
+            required_limits: limits,
             ..Default::default()
         });
         let (device, queue) = pollster::block_on(device)?;
@@ -85,11 +94,21 @@ pub fn gpu() -> Option<Gpu> {
 ///
 /// If the adapter makes no device, or there is no adapter and `AOGRID_GPU=require` is set.
 pub fn gpu_with(features: wgpu::Features) -> Option<Gpu> {
+    gpu_with_limits(features, wgpu::Limits::default())
+}
+
+/// Returns a device with those of `features` that the adapter supports and with these limits, for one
+/// test at a time.
+///
+/// # Panics
+///
+/// If the adapter makes no device, or there is no adapter and `AOGRID_GPU=require` is set.
+pub fn gpu_with_limits(features: wgpu::Features, limits: wgpu::Limits) -> Option<Gpu> {
     let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     match first_adapter() {
         Ok(adapter) => Some(Gpu {
             _turn: Some(turn),
-            ..Gpu::on(&adapter, features).expect("the adapter makes a device")
+            ..Gpu::limited(&adapter, features, limits).expect("the adapter makes a device")
         }),
         Err(error) => {
             skip(&error.to_string());

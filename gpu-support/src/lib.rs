@@ -9,6 +9,6 @@ mod device;
 mod picture;
 mod textures;
 
-pub use device::{Gpu, gpu, gpu_with, skip};
+pub use device::{Gpu, gpu, gpu_with, gpu_with_limits, skip};
 pub use picture::{brightness, color, picture};
 pub use textures::{attachment, read_only_depth};

@@ -107,7 +107,8 @@ pub use tiled_pass::{
     AogridAtlasOccluder, AogridTiles, Combine, TiledFrame, TiledPass, TiledPassDescriptor,
 };
 pub use volume_pass::{
-    VolumeFrame, VolumeFrameError, VolumeObject, VolumePass, VolumePassDescriptor, VolumePassError,
+    UpsamplePass, UpsamplePassDescriptor, VolumeFrame, VolumeFrameError, VolumeObject, VolumePass,
+    VolumePassDescriptor, VolumePassError, VolumeResolution,
 };
 pub use volumes::{AogridVolume, VolumeError, VolumeWeight};
 pub use wgpu;

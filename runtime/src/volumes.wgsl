@@ -90,6 +90,31 @@ fn aogrid_segment(a: vec3f, b: vec3f) -> f32 {
     return dot(closest, closest);
 }
 
+/// The weight of the occlusion at a neighbor q with unit normal m for a receiver p with unit normal n,
+/// 0..1: 0 for a neighbor that is `tolerance` off the receiver's plane or faces away.
+fn aogrid_upsample_weight(p: vec3f, n: vec3f, q: vec3f, m: vec3f, tolerance: f32) -> f32 {
+    let away = abs(dot(q - p, n));
+    let alike = saturate(dot(n, m));
+    let squared = alike * alike;
+    let weight = (1.0 - away / tolerance) * squared * squared;
+    return select(0.0, weight, away < tolerance);
+}
+
+/// The occlusion between four neighbors, from their bilinear shares and weights: that of the nearest
+/// one if none has a weight.
+fn aogrid_upsampled(values: vec4f, shares: vec4f, weights: vec4f) -> f32 {
+    let all = shares * weights;
+    let sum = all.x + all.y + all.z + all.w;
+    if sum > AOGRID_FRACTION_EPSILON {
+        let weighted = all * values;
+        return (weighted.x + weighted.y + weighted.z + weighted.w) / sum;
+    }
+    let largest = max(max(shares.x, shares.y), max(shares.z, shares.w));
+    let of_last_two = select(values.w, values.z, shares.z == largest);
+    let of_last_three = select(of_last_two, values.y, shares.y == largest);
+    return select(of_last_three, values.x, shares.x == largest);
+}
+
 /// The part of a triangle above the horizon of a receiver with this unit normal.
 fn aogrid_above_horizon(a: vec3f, b: vec3f, c: vec3f, normal: vec3f) -> AogridPolygon {
     let heights = vec3f(dot(a, normal), dot(b, normal), dot(c, normal));

@@ -48,6 +48,14 @@ pub const VOLUME_PASS: &str = concat!(
     include_str!("volume_pass/volume_pass.wgsl")
 );
 
+/// The source of the upsampling pass, as [`UpsamplePass`](crate::UpsamplePass) compiles it.
+pub const UPSAMPLE_PASS: &str = concat!(
+    shading!(),
+    include_str!("volumes.wgsl"),
+    include_str!("gbuffer/gbuffer.wgsl"),
+    include_str!("volume_pass/upsample.wgsl")
+);
+
 /// The source of the merging raster pass, as [`MergePass`](crate::MergePass) compiles it.
 pub const MERGE_PASS: &str = concat!(
     shading!(),

@@ -72,6 +72,8 @@ passed_on!(
     aogrid_runtime::InstanceError,
     aogrid_runtime::PassError,
     aogrid_runtime::PrepareError,
+    aogrid_runtime::VolumeFrameError,
+    aogrid_runtime::VolumePassError,
     aogrid_runtime::wgpu::MapRangeError,
     aogrid_runtime::wgpu::PollError,
 );

@@ -68,7 +68,19 @@ impl Grids {
         scene: &Scene,
         observer: Observer<'_>,
     ) -> crate::Result<Vec<Option<Arc<Grid>>>> {
-        let used = |idx: usize| scene.casters().any(|instance| instance.mesh == idx);
+        self.resolve_chosen(scene, |_| true, observer)
+    }
+
+    /// Returns the same for casting instances of chosen meshes alone.
+    pub(crate) fn resolve_chosen(
+        &mut self,
+        scene: &Scene,
+        chosen: impl Fn(&SceneMesh) -> bool,
+        observer: Observer<'_>,
+    ) -> crate::Result<Vec<Option<Arc<Grid>>>> {
+        let used = |idx: usize| {
+            chosen(&scene.meshes[idx]) && scene.casters().any(|instance| instance.mesh == idx)
+        };
         let meshes = scene.meshes.iter().enumerate();
         meshes
             .map(|(idx, mesh)| match used(idx) {
@@ -98,10 +110,15 @@ impl Grids {
             GridSource::Given(grid) => return Ok(grid.clone()),
             GridSource::File(path) => read_grid(path)?,
             GridSource::Bake(placement, options) => {
-                let spec = placement.place(&mesh.mesh.bounds())?;
+                let triangles = mesh.bind.as_ref().unwrap_or(&mesh.mesh);
+                let spec = placement.place(&triangles.bounds())?;
                 let source = &mesh.source;
-                let grid = bake(&mesh.mesh, source, spec, placement, options, observer)?;
-                let warnings = warnings(&grid, &MeshReport::new(&mesh.mesh));
+                let grid = bake(triangles, source, spec, placement, options, observer)?;
+                let mut warnings = warnings(&grid, &MeshReport::new(triangles));
+                if mesh.bind.is_some() {
+                    let pose = "its grid is that of its bind pose; mode volumes follows its pose";
+                    warnings.push(pose.into());
+                }
                 let named = |warning| format!("mesh `{}`: {warning}", mesh.name);
                 self.warnings.extend(warnings.into_iter().map(named));
                 grid

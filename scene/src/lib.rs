@@ -91,8 +91,10 @@ pub struct VolumeSettings {
 pub struct SceneMesh {
     /// The name in the scene; `mesh/part` for a part.
     pub name: String,
-    /// The triangles.
+    /// The triangles, as the scene poses them.
     pub mesh: Arc<TriangleMesh>,
+    /// The triangles that the grid is baked from, if they are posed otherwise: in bind pose.
+    pub bind: Option<Arc<TriangleMesh>>,
     /// The pose of the part in its model, which an instance's transform comes after.
     pub(crate) pose: Pose,
     /// The origin of the triangles, as a grid's metadata records it.

@@ -158,7 +158,16 @@ pub(super) struct MeshFile {
     pub rectangle: Option<[Positive; 2]>,
     pub parts: Option<bool>,
     pub part: Option<Spanned<String>>,
+    pub pose: Option<Spanned<PoseFile>>,
     pub grid: Option<Spanned<GridFile>>,
+}
+
+/// A time of an animation.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PoseFile {
+    pub animation: Option<String>,
+    pub time: Option<Finite>,
 }
 
 /// A number of cells along an axis.

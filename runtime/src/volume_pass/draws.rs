@@ -4,7 +4,7 @@ use std::num::NonZeroU64;
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{VolumeFrame, VolumeFrameError, VolumeObject};
+use super::{VolumeFrame, VolumeFrameError, VolumeObject, VolumeResolution};
 use crate::AogridVolume;
 use crate::occluder::world_from_object;
 
@@ -118,7 +118,12 @@ impl Uniforms {
     pub(super) fn new(
         device: &wgpu::Device,
         frame: &VolumeFrame<'_>,
+        resolution: VolumeResolution,
     ) -> Result<Self, VolumeFrameError> {
+        let size = frame.gbuffer.positions.texture().size();
+        let clip_from_world = frame.gbuffer.clip_from_world;
+        let clip_from_world =
+            resolution.clip_from_world(clip_from_world, [size.width, size.height]);
         let stride = stride(device);
         let count = frame.objects.len();
         if count.saturating_mul(stride) as u64 > device.limits().max_buffer_size {
@@ -126,7 +131,7 @@ impl Uniforms {
         }
         let mut bytes = vec![0; count * stride];
         for (idx, object) in frame.objects.iter().enumerate() {
-            let uniforms = Object::new(frame.gbuffer.clip_from_world, idx, object)?;
+            let uniforms = Object::new(clip_from_world, idx, object)?;
             bytes[idx * stride..][..size_of::<Object>()]
                 .copy_from_slice(bytemuck::bytes_of(&uniforms));
         }

@@ -3,12 +3,17 @@
 
 mod draws;
 mod pipeline;
+mod resolution;
+mod upsample;
 
 use crate::AogridVolume;
 use crate::gbuffer::placeholder;
 use crate::gbuffer::{GBufferBindings, GBufferError, GBufferFormat, GBufferReads, GBufferViews};
 use crate::occluder::InstanceError;
 use draws::{ObjectDraws, Uniforms};
+
+pub use resolution::VolumeResolution;
+pub use upsample::{UpsamplePass, UpsamplePassDescriptor};
 
 /// The inputs and outputs of a [`VolumePass`]. Everything here is compiled into its pipeline.
 #[derive(Clone, Debug)]
@@ -18,6 +23,9 @@ pub struct VolumePassDescriptor {
     /// The target's format: blendable, with one or more float channels. Every channel receives the sum.
     /// [`VolumePass::target_format`] returns the best one of a device.
     pub target: wgpu::TextureFormat,
+    /// The target's resolution relative to the G-buffer. At less than full, an attachment for a depth
+    /// test has the target's size and the depths of its texels.
+    pub resolution: VolumeResolution,
     /// The contents of the G-buffer.
     pub gbuffer: GBufferFormat,
     /// The winding of faces seen from outside in your right-handed pipelines; `Ccw` unless your
@@ -123,6 +131,7 @@ pub struct VolumePass {
     pipeline: wgpu::RenderPipeline,
     bindings: GBufferBindings,
     draws: ObjectDraws,
+    resolution: VolumeResolution,
 }
 
 impl VolumePass {
@@ -147,6 +156,7 @@ impl VolumePass {
             pipeline: pipeline::new(device, &bindings, &draws, descriptor, &reads),
             bindings,
             draws,
+            resolution: descriptor.resolution,
         })
     }
 
@@ -176,7 +186,7 @@ impl VolumePass {
         frame: &VolumeFrame<'_>,
     ) -> Result<(), VolumeFrameError> {
         let validated = self.bindings.check(&frame.gbuffer)?;
-        let uniforms = Uniforms::new(device, frame)?;
+        let uniforms = Uniforms::new(device, frame, self.resolution)?;
         self.bindings.write(device, queue, validated);
         self.draws.write(device, queue, frame, &uniforms);
         Ok(())

@@ -19,7 +19,15 @@ pub(super) fn check(
     if buffers < STORAGE_BUFFERS {
         return Err(VolumePassError::StorageBuffers(buffers));
     }
-    let is_float = [
+    match is_float(target) && can_blend(device, target) {
+        true => Ok(()),
+        false => Err(VolumePassError::Target(target)),
+    }
+}
+
+/// Whether a format holds floats.
+pub(super) fn is_float(format: wgpu::TextureFormat) -> bool {
+    [
         wgpu::TextureFormat::R16Float,
         wgpu::TextureFormat::R32Float,
         wgpu::TextureFormat::Rg16Float,
@@ -27,11 +35,7 @@ pub(super) fn check(
         wgpu::TextureFormat::Rgba16Float,
         wgpu::TextureFormat::Rgba32Float,
     ]
-    .contains(&target);
-    match is_float && can_blend(device, target) {
-        true => Ok(()),
-        false => Err(VolumePassError::Target(target)),
-    }
+    .contains(&format)
 }
 
 /// Compiles the pipeline.
@@ -43,6 +47,8 @@ pub(super) fn new(
     reads: &GBufferReads,
 ) -> wgpu::RenderPipeline {
     let [object, geometry] = draws.layouts();
+    let mut constants = reads.constants();
+    constants.push(("divisor", descriptor.resolution.divisor().into()));
     let sum = wgpu::BlendComponent {
         src_factor: wgpu::BlendFactor::One,
         dst_factor: wgpu::BlendFactor::One,
@@ -54,7 +60,7 @@ pub(super) fn new(
         layouts: &[bindings.layout(), object, geometry],
         shape: ProxyShape::Prism,
         fragment: "occlusion",
-        constants: &reads.constants(),
+        constants: &constants,
         target: wgpu::ColorTargetState {
             format: descriptor.target,
             blend: Some(wgpu::BlendState {

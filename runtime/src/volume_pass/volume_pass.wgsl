@@ -33,6 +33,9 @@ struct Prism {
 /// Its triangles, three vertices each.
 @group(2) @binding(1) var<storage, read> indices: array<u32>;
 
+/// The distance of the target's pixels in the G-buffer's texels.
+override divisor: u32;
+
 /// The share by which a prism is larger than the volume, so that every pixel whose receiver is inside
 /// is covered despite the rasterizer's rounding.
 const GROWTH: f32 = 1e-3;
@@ -141,7 +144,7 @@ fn rim_corner(corners: array<vec3f, 3>, facing: vec3f, corner: u32) -> vec3f {
 
 @fragment
 fn occlusion(at: Prism) -> @location(0) vec4f {
-    let texel = vec2u(at.clip.xy);
+    let texel = divisor * vec2u(at.clip.xy);
     let receiver = receiver_object(texel);
     if !is_shaded_by(receiver) {
         discard;

@@ -258,3 +258,29 @@ fn volumes_that_cannot_be_are_refused() {
         assert!(matches!(refused, Err(VolumeError::Exponent(_))));
     }
 }
+
+/// Small triangles keep their share: an arc cosine would lose them, and sums in 16 bits do.
+#[test]
+fn a_square_cut_into_thousands_of_triangles_is_whole_in_wide_sums() {
+    /// The rounding of 8,192 additions to a sum below 1, and of each term.
+    const TOLERANCE: f32 = 1e-4;
+    const WHOLE: f32 = 0.554_126_4;
+    let at = |i: u32| i as f32 / 32.0 - 1.0;
+    let volume = AogridVolume::new(10.0, VolumeWeight::None, false).unwrap();
+    let triangles = (0..64 * 64).flat_map(|cell| {
+        let (x, y) = (cell % 64, cell / 64);
+        // Clockwise from above, so that they face the receiver below.
+        let corner = |i: u32, j: u32| [at(x + i), at(y + j), 1.0];
+        let [a, b, c, d] = [corner(0, 0), corner(0, 1), corner(1, 1), corner(1, 0)];
+        [[a, b, c], [a, c, d]]
+    });
+    let terms: Vec<f32> = triangles
+        .map(|triangle| aogrid_volume_occlusion(volume, triangle, [0.0, 0.0, 1.0]))
+        .collect();
+    let sum: f32 = terms.iter().sum();
+    let add = |sum: half::f16, term: &f32| half::f16::from_f32(sum.to_f32() + term);
+    let in_16_bits = terms.iter().fold(half::f16::ZERO, add).to_f32();
+    println!("in 32 bits {sum}, in 16 bits {in_16_bits}");
+    assert!((sum - WHOLE).abs() <= TOLERANCE, "{sum}");
+    assert!(in_16_bits < WHOLE - 0.05, "{in_16_bits}");
+}

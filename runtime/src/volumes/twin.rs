@@ -5,7 +5,7 @@ use std::f32::consts::TAU;
 use glam::Vec3;
 
 use super::{AOGRID_WEIGHT_EDGES, AOGRID_WEIGHT_NONE, AogridVolume};
-use crate::wgsl::{AOGRID_LENGTH_EPSILON, AOGRID_SQUARE_EPSILON};
+use crate::wgsl::{AOGRID_FRACTION_EPSILON, AOGRID_LENGTH_EPSILON, AOGRID_SQUARE_EPSILON};
 
 /// The occlusion of a receiver by a triangle, 0..=1: its form factor times the weight of its volume.
 /// The corners are relative to the receiver, counter-clockwise as seen from the front; `normal` is the
@@ -86,6 +86,31 @@ pub fn aogrid_segment([a, b]: [Vec3; 2]) -> f32 {
     let along = b - a;
     let t = -a.dot(along) / along.length_squared().max(AOGRID_SQUARE_EPSILON);
     (a + along * t.clamp(0.0, 1.0)).length_squared()
+}
+
+/// The weight of the occlusion at a neighbor with a position and unit normal for a receiver with the same,
+/// 0..=1: 0 for a neighbor that is `tolerance` off the receiver's plane or faces away.
+pub fn aogrid_upsample_weight([p, n]: [[f32; 3]; 2], [q, m]: [[f32; 3]; 2], tolerance: f32) -> f32 {
+    let [p, n, q, m] = [p, n, q, m].map(Vec3::from);
+    let away = (q - p).dot(n).abs();
+    let alike = n.dot(m).clamp(0.0, 1.0);
+    match away < tolerance {
+        true => (1.0 - away / tolerance) * alike.powi(4),
+        false => 0.0,
+    }
+}
+
+/// The occlusion between four neighbors, from their bilinear shares and weights: that of the nearest
+/// one if none has a weight.
+pub fn aogrid_upsampled(values: [f32; 4], shares: [f32; 4], weights: [f32; 4]) -> f32 {
+    let all: [f32; 4] = std::array::from_fn(|i| shares[i] * weights[i]);
+    let sum: f32 = all.iter().sum();
+    if sum > AOGRID_FRACTION_EPSILON {
+        return all.iter().zip(values).map(|(w, v)| w * v).sum::<f32>() / sum;
+    }
+    let largest = shares.into_iter().fold(0.0, f32::max);
+    let nearest = shares.iter().position(|share| *share == largest);
+    values[nearest.unwrap_or(0)]
 }
 
 /// The part of a triangle above the horizon of a receiver with this unit normal: four corners, of which

@@ -155,6 +155,7 @@ fn volumes_of_a_deforming_object(
     let descriptor = VolumePassDescriptor {
         label: "proximity shadows of characters".into(),
         target: VolumePass::target_format(&device),
+        resolution: VolumeResolution::Full,
         gbuffer: format,
         front_face: wgpu::FrontFace::Ccw,
     };
@@ -173,6 +174,27 @@ fn volumes_of_a_deforming_object(
     let objects = &[object];
     pass.prepare(&device, &queue, &VolumeFrame { gbuffer, objects })?;
     pass.draw(&mut render_pass); // over a target that is cleared to 0
+    // End.
+    Ok(())
+}
+
+fn volumes_at_half_resolution(
+    (device, queue): (wgpu::Device, wgpu::Queue),
+    mut render_pass: wgpu::RenderPass<'_>,
+    (format, gbuffer): (GBufferFormat, GBufferViews<'_>),
+    half_sums: wgpu::TextureView,
+) -> Result<(), Box<dyn Error>> {
+    // docs/volumes.md, "In a renderer":
+    let descriptor = UpsamplePassDescriptor {
+        label: "proximity shadows, upsampled".into(),
+        target: wgpu::TextureFormat::R16Float,
+        resolution: VolumeResolution::Half,
+        gbuffer: format,
+    };
+    let mut upsampling = UpsamplePass::new(&device, &descriptor)?;
+    let extent = 0.3; // the largest of the volumes
+    upsampling.prepare(&device, &queue, &gbuffer, &half_sums, extent)?;
+    upsampling.draw(&mut render_pass);
     // End.
     Ok(())
 }

@@ -17,6 +17,10 @@ mod modules;
 mod raster;
 /// The tiled pass against the raster pass and the CPU twin.
 mod tiled;
+/// Volume passes with many triangles and none, and on devices that lack something.
+mod volume_limits;
+/// Volume passes at less than full resolution, and their upsampling.
+mod volume_resolution;
 /// The volume pass and its term against the CPU twin.
 mod volumes;
 

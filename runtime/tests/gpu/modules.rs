@@ -4,7 +4,7 @@ use aogrid_runtime::{
 use std::mem::offset_of;
 
 /// Returns everything that the crate publishes or compiles, with its number of entry points.
-fn modules() -> [(&'static str, String, usize); 12] {
+fn modules() -> [(&'static str, String, usize); 13] {
     let tiled = |format| ("tiled pass", wgsl::tiled_pass(format), 2);
     [
         ("shading", wgsl::SHADING.to_owned(), 0),
@@ -13,6 +13,7 @@ fn modules() -> [(&'static str, String, usize); 12] {
         ("merge pass", wgsl::MERGE_PASS.to_owned(), 4),
         ("volumes", wgsl::SHADING.to_owned() + wgsl::VOLUMES, 0),
         ("volume pass", wgsl::VOLUME_PASS.to_owned(), 3),
+        ("upsampling", wgsl::UPSAMPLE_PASS.to_owned(), 2),
         tiled("r32float"),
         tiled("rgba16float"),
         tiled("rgba32float"),
@@ -80,7 +81,7 @@ fn every_shader_file_is_tested() {
             }
         }
     }
-    assert_eq!(found, 13);
+    assert_eq!(found, 14);
 }
 
 #[test]

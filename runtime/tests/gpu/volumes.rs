@@ -3,7 +3,7 @@ use aogrid_runtime::volumes::aogrid_volume_occlusion;
 use aogrid_runtime::{
     AOGRID_NO_OBJECT, AogridVolume, DepthTest, GBufferFormat, GBufferViews, Normals, Positions,
     Receivers, VolumeFrame, VolumeFrameError, VolumeObject, VolumePass, VolumePassDescriptor,
-    VolumePassError, VolumeWeight, wgsl,
+    VolumePassError, VolumeResolution, VolumeWeight, wgsl,
 };
 use glam::{Mat4, Vec3};
 
@@ -14,7 +14,7 @@ use crate::scene::{
 
 /// The largest difference between a triangle's occlusion on the device and by the twin: some ten
 /// roundings of numbers up to 1.
-const PER_TRIANGLE: f32 = 1e-6;
+pub(crate) const PER_TRIANGLE: f32 = 1e-6;
 
 /// The triangles of a unit cube around the origin, counter-clockwise from outside.
 fn cube() -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
@@ -34,26 +34,30 @@ fn cube() -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
 }
 
 /// A frame: cubes at transforms, over the surfaces of the other tests.
-struct Cubes {
-    camera: Mat4,
-    buffer: GBuffer,
-    depth: Option<DepthTest>,
-    volume: AogridVolume,
-    vertices: Vec<[f32; 3]>,
-    triangles: Vec<[u32; 3]>,
-    excluded: u32,
+pub(crate) struct Cubes {
+    pub(crate) camera: Mat4,
+    pub(crate) buffer: GBuffer,
+    pub(crate) resolution: VolumeResolution,
+    pub(crate) depth: Option<DepthTest>,
+    pub(crate) volume: AogridVolume,
+    pub(crate) vertices: Vec<[f32; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
+    pub(crate) transforms: Vec<Mat4>,
+    pub(crate) excluded: u32,
 }
 
 impl Cubes {
-    fn new(camera: Mat4, volume: AogridVolume) -> Self {
+    pub(crate) fn new(camera: Mat4, volume: AogridVolume) -> Self {
         let (vertices, triangles) = cube();
         Self {
             camera,
             buffer: gbuffer(camera, &surfaces()),
+            resolution: VolumeResolution::Full,
             depth: None,
             volume,
             vertices,
             triangles,
+            transforms: transforms().to_vec(),
             excluded: AOGRID_NO_OBJECT,
         }
     }
@@ -85,13 +89,14 @@ impl Cubes {
     }
 
     /// Returns the sums that the pass draws.
-    fn draw(&self, gpu: &Gpu) -> Vec<f32> {
+    pub(crate) fn draw(&self, gpu: &Gpu) -> Vec<f32> {
         let Gpu { device, queue, .. } = gpu;
         let format = VolumePass::target_format(device);
         assert_eq!(format, wgpu::TextureFormat::R32Float);
         let descriptor = VolumePassDescriptor {
             label: "test".into(),
             target: format,
+            resolution: self.resolution,
             gbuffer: GBufferFormat {
                 positions: Positions::World,
                 normals: Normals::Signed,
@@ -107,7 +112,8 @@ impl Cubes {
         let ids = wgpu::TextureFormat::Rg32Uint;
         let receivers = gpu.upload(SIZE, ids, bytemuck::cast_slice(&self.buffer.receivers));
         let buffers = self.buffers(gpu);
-        let objects = transforms().map(|transform| self.object(&buffers, &transform));
+        let objects = self.transforms.iter();
+        let objects: Vec<_> = objects.map(|m| self.object(&buffers, m)).collect();
         let frame = VolumeFrame {
             gbuffer: GBufferViews {
                 clip_from_world: self.camera.to_cols_array_2d(),
@@ -118,7 +124,7 @@ impl Cubes {
             objects: &objects,
         };
         pass.prepare(device, queue, &frame).unwrap();
-        let target = gpu.target(SIZE, format);
+        let target = gpu.target(self.resolution.target_size(SIZE), format);
         let view = target.create_view(&Default::default());
         let depth = self.depth.map(|_| self.depth_view(gpu));
         let mut encoder = device.create_command_encoder(&Default::default());
@@ -144,8 +150,12 @@ impl Cubes {
     }
 
     /// Returns the twin's sums, triangle by triangle at every pixel.
-    fn twin(&self) -> Vec<f32> {
-        let triangles: Vec<[Vec3; 3]> = transforms().iter().flat_map(|m| self.placed(m)).collect();
+    pub(crate) fn twin(&self) -> Vec<f32> {
+        let triangles: Vec<[Vec3; 3]> = self
+            .transforms
+            .iter()
+            .flat_map(|m| self.placed(m))
+            .collect();
         let pixels = self.buffer.positions.iter().zip(&self.buffer.normals);
         let sum = |((p, n), id): ((&[f32; 4], &[f32; 4]), u32)| {
             let [p, n] = [p, n].map(|v| Vec3::new(v[0], v[1], v[2]));
@@ -164,7 +174,7 @@ impl Cubes {
     }
 
     /// Returns the triangles in world space, their fronts outside.
-    fn placed(&self, transform: &Mat4) -> Vec<[Vec3; 3]> {
+    pub(crate) fn placed(&self, transform: &Mat4) -> Vec<[Vec3; 3]> {
         let at = |i: u32| transform.transform_point3(Vec3::from(self.vertices[i as usize]));
         let mirrored = transform.determinant() < 0.0;
         let triangle = |&[a, b, c]: &[u32; 3]| match mirrored {
@@ -183,11 +193,11 @@ impl Cubes {
     }
 }
 
-fn linear(extent: f32) -> AogridVolume {
+pub(crate) fn linear(extent: f32) -> AogridVolume {
     AogridVolume::new(extent, VolumeWeight::Linear { exponent: 1.0 }, false).unwrap()
 }
 
-fn device() -> Option<Gpu> {
+pub(crate) fn device() -> Option<Gpu> {
     gpu_with(wgpu::Features::FLOAT32_BLENDABLE)
 }
 
@@ -322,6 +332,7 @@ fn frames_that_cannot_be_drawn_are_refused() {
     let descriptor = |target| VolumePassDescriptor {
         label: "test".into(),
         target,
+        resolution: VolumeResolution::Full,
         gbuffer: GBufferFormat {
             positions: Positions::World,
             normals: Normals::Signed,

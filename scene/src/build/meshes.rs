@@ -1,6 +1,11 @@
 //! The meshes of a scene, and their grids.
 
-use aogrid_bake_core::mesh::{self, LoadedMesh, Part, PartMesh, Pose};
+use std::path::Path;
+use std::sync::Arc;
+
+use aogrid_bake_core::mesh::{
+    AnimationTime, GltfError, LoadError, LoadedMesh, MeshFile, Part, PartMesh, Pose,
+};
 use aogrid_bake_core::models::{Model, to_obj};
 use aogrid_bake_core::{BakeOptions, Extent, Placement, Preset, TriangleMesh};
 use aogrid_grid_format::{BoundaryMode, Encoding, Sampling, Source as MeshSource};
@@ -9,19 +14,27 @@ use toml::Spanned;
 use super::{Builder, NamedMesh};
 use crate::error::Context;
 use crate::paths::resolve;
-use crate::schema::{GridFile, MeshFile};
+use crate::schema::{GridFile, MeshFile as MeshEntry, PoseFile};
 use crate::values::Whole;
 use crate::{GridSource, SceneMesh};
 
+/// A mesh as loaded, posed if the scene says so.
+struct Geometry {
+    loaded: LoadedMesh,
+    /// The same in bind pose, if it is posed.
+    bind: Option<LoadedMesh>,
+}
+
 impl Builder<'_> {
-    pub(super) fn mesh(&mut self, file: Spanned<MeshFile>) -> crate::Result<()> {
+    pub(super) fn mesh(&mut self, file: Spanned<MeshEntry>) -> crate::Result<()> {
         let span = Spanned::new(file.span(), ());
         let file = file.into_inner();
         if self.named.contains_key(file.name.get_ref()) {
             return Err(self.duplicate_name(&file.name, "mesh"));
         }
         let grid = self.grid(&file)?;
-        let loaded = self.load_mesh(&file, &span)?;
+        let geometry = self.load_mesh(&file, &span)?;
+        let loaded = &geometry.loaded;
         let warnings = loaded.warnings.iter();
         let named = warnings.map(|warning| format!("mesh `{}`: {warning}", file.name.get_ref()));
         self.warnings.extend(named);
@@ -30,11 +43,12 @@ impl Builder<'_> {
         if file.parts == Some(true) {
             for idx in 0..loaded.mesh.parts().len() {
                 let part = loaded.mesh.parts()[idx].name.clone();
-                let of_part = self.part_of(&loaded, idx, &span)?;
+                let of_part = self.part_of(loaded, idx, &span)?;
+                let bind = self.bind_part(&geometry, idx, &span)?;
                 let name = format!("{name}/{part}");
                 // Parts that share a mesh share its grid.
                 let source = loaded.mesh.parts()[of_part.same_as].name.clone();
-                self.push_mesh(name, &of_part, &loaded, Some(source), &grid);
+                self.push_mesh(name, &of_part, bind, loaded, Some(source), &grid);
             }
         } else if let Some(part) = &file.part {
             let parts = loaded.mesh.parts();
@@ -46,13 +60,15 @@ impl Builder<'_> {
             // An instance poses a part that is named; in the model it may have another pose.
             let of_part = PartMesh {
                 pose: Pose::IDENTITY,
-                ..self.part_of(&loaded, idx, &span)?
+                ..self.part_of(loaded, idx, &span)?
             };
+            let bind = self.bind_part(&geometry, idx, &span)?;
             let part = Some(part.get_ref().clone());
-            self.push_mesh(name.clone(), &of_part, &loaded, part, &grid);
+            self.push_mesh(name.clone(), &of_part, bind, loaded, part, &grid);
         } else {
             let whole = PartMesh::whole(loaded.mesh.clone());
-            self.push_mesh(name.clone(), &whole, &loaded, None, &grid);
+            let bind = geometry.bind.as_ref().map(|bind| bind.mesh.clone().into());
+            self.push_mesh(name.clone(), &whole, bind, loaded, None, &grid);
         }
         let named = NamedMesh {
             first,
@@ -74,10 +90,23 @@ impl Builder<'_> {
             .map_err(|e| self.source.error_at(span, "mesh.parts", &e.to_string()))
     }
 
+    /// Returns a part in bind pose, if the mesh is posed.
+    fn bind_part(
+        &self,
+        geometry: &Geometry,
+        idx: usize,
+        span: &Spanned<()>,
+    ) -> crate::Result<Option<Arc<TriangleMesh>>> {
+        let bind = geometry.bind.as_ref();
+        let part = bind.map(|bind| self.part_of(bind, idx, span)).transpose()?;
+        Ok(part.map(|part| part.mesh))
+    }
+
     fn push_mesh(
         &mut self,
         name: String,
         part_mesh: &PartMesh,
+        bind: Option<Arc<TriangleMesh>>,
         loaded: &LoadedMesh,
         part: Option<String>,
         grid: &GridSource,
@@ -90,12 +119,13 @@ impl Builder<'_> {
                 ..MeshSource::from(loaded)
             },
             mesh: part_mesh.mesh.clone(),
+            bind: bind.filter(|bind| *bind != part_mesh.mesh),
             pose: part_mesh.pose,
             grid: grid.clone(),
         });
     }
 
-    fn load_mesh(&self, file: &MeshFile, span: &Spanned<()>) -> crate::Result<LoadedMesh> {
+    fn load_mesh(&self, file: &MeshEntry, span: &Spanned<()>) -> crate::Result<Geometry> {
         let error = |key: &str, message: &str| self.source.error_at(span, key, message);
         if file.parts.is_some() && file.part.is_some() {
             return Err(error("mesh.part", "`parts` and `part` exclude each other"));
@@ -106,20 +136,65 @@ impl Builder<'_> {
                 "only a built-in `sample` can be refined",
             ));
         }
-        match (&file.file, &file.sample, file.rectangle) {
+        if file.pose.is_some() && file.file.is_none() {
+            return Err(error("mesh.pose", "only a `file` has animations"));
+        }
+        let loaded = match (&file.file, &file.sample, file.rectangle) {
             (Some(name), None, None) => {
                 let path = resolve(self.source.path, name);
-                mesh::load(&path)
-                    .with_context(|| path.display())
-                    .with_context(|| error("mesh.file", "cannot use it").to_string())
+                return self.load_file(&path, file.pose.as_ref(), span);
             }
-            (None, Some(name), None) => self.sample(name, file.triangles),
-            (None, None, Some(size)) => Ok(rectangle(size.map(|v| v.f32() / 2.0))),
-            _ => Err(error(
-                "mesh",
-                "exactly one of `file`, `sample` and `rectangle` is needed",
-            )),
+            (None, Some(name), None) => self.sample(name, file.triangles)?,
+            (None, None, Some(size)) => rectangle(size.map(|v| v.f32() / 2.0)),
+            _ => {
+                let message = "exactly one of `file`, `sample` and `rectangle` is needed";
+                return Err(error("mesh", message));
+            }
+        };
+        Ok(Geometry { loaded, bind: None })
+    }
+
+    fn load_file(
+        &self,
+        path: &Path,
+        pose: Option<&Spanned<PoseFile>>,
+        span: &Spanned<()>,
+    ) -> crate::Result<Geometry> {
+        let file = self.usable(path, span, MeshFile::read(path))?;
+        let in_bind_pose = || self.usable(path, span, file.parse());
+        let Some(pose) = pose else {
+            let (loaded, bind) = (in_bind_pose()?, None);
+            return Ok(Geometry { loaded, bind });
+        };
+        let error = |message: &str| self.source.error_at(pose, "mesh.pose", message);
+        let PoseFile { animation, time } = pose.get_ref();
+        if animation.is_none() && time.is_some() {
+            return Err(error("a `time` needs an `animation`"));
         }
+        let at = AnimationTime {
+            animation: animation.as_deref(),
+            time: time.map_or(0.0, |time| time.0),
+        };
+        let loaded = match file.parse_posed(&at) {
+            Err(e @ (LoadError::NoPoses | LoadError::Gltf(GltfError::NoAnimation { .. }))) => {
+                return Err(error(&format!("{}: {e}", path.display())));
+            }
+            loaded => self.usable(path, span, loaded)?,
+        };
+        let bind = Some(in_bind_pose()?);
+        Ok(Geometry { loaded, bind })
+    }
+
+    /// Returns what was read from a mesh file, or the error with the file's path.
+    fn usable<T>(
+        &self,
+        path: &Path,
+        span: &Spanned<()>,
+        read: Result<T, LoadError>,
+    ) -> crate::Result<T> {
+        let error = |message: &str| self.source.error_at(span, "mesh.file", message);
+        read.with_context(|| path.display())
+            .with_context(|| error("cannot use it").to_string())
     }
 
     fn sample(
@@ -138,7 +213,7 @@ impl Builder<'_> {
         Ok(loaded_from_memory(mesh, sample.name()))
     }
 
-    fn grid(&self, file: &MeshFile) -> crate::Result<GridSource> {
+    fn grid(&self, file: &MeshEntry) -> crate::Result<GridSource> {
         let Some(spanned) = &file.grid else {
             return Ok(GridSource::Bake(
                 Preset::Default.placement(),

@@ -10,8 +10,8 @@ use aogrid_runtime::shading::{
 use glam::{DAffine3, DMat4, DVec3};
 
 use super::ShadeInput;
-use crate::Instance;
 use crate::error::{Context, Result, SceneError, ensure};
+use crate::{Instance, SceneMesh};
 
 /// The use of a grid's cone in shading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,11 +51,17 @@ impl Caster<'_> {
     }
 }
 
-/// Returns all casters in the scene's order; bakes or reads their grids.
-pub(super) fn casters<'a>(input: &ShadeInput<'a>, shading: GridShading) -> Result<Vec<Caster<'a>>> {
+/// Returns the casters of chosen meshes in the scene's order; bakes or reads their grids.
+pub(super) fn casters<'a>(
+    input: &ShadeInput<'a>,
+    shading: GridShading,
+    chosen: fn(&SceneMesh) -> bool,
+) -> Result<Vec<Caster<'a>>> {
     let scene = input.scene;
     let stage = (input.stages)("grids");
-    let resolved = input.grids.borrow_mut().resolve(scene, &*stage)?;
+    let mut grids = input.grids.borrow_mut();
+    let resolved = grids.resolve_chosen(scene, chosen, &*stage)?;
+    drop(grids);
     drop(stage);
     let caster = |instance: &'a Instance| {
         let grid = resolved[instance.mesh]
@@ -79,7 +85,14 @@ pub(super) fn casters<'a>(input: &ShadeInput<'a>, shading: GridShading) -> Resul
         })
     };
     let named = |instance| caster(instance).with_context(|| describe(input, instance));
-    scene.casters().map(named).collect()
+    let casting = scene.casters();
+    let casting = casting.filter(|instance| chosen(&scene.meshes[instance.mesh]));
+    casting.map(named).collect()
+}
+
+/// Chooses all meshes.
+pub(super) fn any_mesh(_: &SceneMesh) -> bool {
+    true
 }
 
 /// Returns an instance's scene and name for messages.

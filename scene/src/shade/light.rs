@@ -14,7 +14,7 @@ use aogrid_runtime::shading::{
 use aogrid_runtime::{AogridEnvironment, CpuTexture, EnvironmentMap};
 use rayon::prelude::*;
 
-use super::casters::{Caster, GridShading, casters};
+use super::casters::{Caster, GridShading, any_mesh, casters};
 use super::{ShadeInput, Shaded, glossy};
 use crate::error::{Context, Result, bail, ensure};
 use crate::reference::Receiver;
@@ -93,7 +93,7 @@ const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.
 pub(super) fn shade(input: &ShadeInput<'_>, shading: GridShading) -> Result<Shaded> {
     check(input)?;
     let environment_light = EnvironmentLight::new(input)?;
-    let casters = casters(input, shading)?;
+    let casters = casters(input, shading, any_mesh)?;
     let occlusion = occlusion(input, &casters, shading)?;
     let pairs = occlusion.par_iter().enumerate();
     let light = pairs.map(|(idx, &occlusion)| environment_light.light(idx, occlusion));

@@ -13,9 +13,10 @@ use aogrid_runtime::shading::{
 };
 use rayon::prelude::*;
 
-use super::casters::{Caster, GridShading, casters};
+use super::casters::{Caster, GridShading, any_mesh, casters};
 use super::light::with_light;
 use super::{ShadeInput, Shaded};
+use crate::SceneMesh;
 use crate::error::{Result, bail};
 use crate::reference::Receiver;
 
@@ -36,7 +37,16 @@ struct Tables {
 }
 
 pub(super) fn shade(input: &ShadeInput<'_>, shading: GridShading) -> Result<Shaded> {
-    let casters = casters(input, shading)?;
+    with_light(input, occlusion(input, shading, any_mesh)?)
+}
+
+/// Returns the AO of the casters of chosen meshes for each receiver.
+pub(super) fn occlusion(
+    input: &ShadeInput<'_>,
+    shading: GridShading,
+    chosen: fn(&SceneMesh) -> bool,
+) -> Result<Vec<f32>> {
+    let casters = casters(input, shading, chosen)?;
     let mut textures = HashMap::new();
     let textured = casters.iter().map(|caster| Textured {
         caster,
@@ -46,8 +56,7 @@ pub(super) fn shade(input: &ShadeInput<'_>, shading: GridShading) -> Result<Shad
             .clone(),
     });
     let casters: Vec<_> = textured.collect();
-    let occlusion = occlusions(input, &casters, shading)?;
-    with_light(input, occlusion)
+    occlusions(input, &casters, shading)
 }
 
 /// Returns the AO of all casters for each receiver.

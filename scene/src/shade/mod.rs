@@ -15,8 +15,10 @@ mod merge;
 mod occlusion;
 mod raster;
 mod target;
+mod triangles;
 mod truth;
 mod volumes;
+mod volumes_cone;
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -32,7 +34,7 @@ use crate::{Grids, Instance, Scene};
 pub use target::{Shaded, Target};
 
 /// Every mode.
-pub const ALL: [&Mode; 8] = [
+pub const ALL: [&Mode; 9] = [
     &truth::MODE,
     &occlusion::MODE,
     &cone::MODE,
@@ -41,6 +43,7 @@ pub const ALL: [&Mode; 8] = [
     &environment::MODE,
     &environment_merge::MODE,
     &volumes::MODE,
+    &volumes_cone::MODE,
 ];
 
 /// A way to shade a scene.

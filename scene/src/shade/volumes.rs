@@ -1,5 +1,5 @@
 //! Mode `volumes`: the analytic occlusion of the occluders' triangles (McGuire 2010), by the runtime's
-//! CPU twin.
+//! CPU twin or its pass.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -10,9 +10,12 @@ use aogrid_runtime::volumes::aogrid_volume_occlusion;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::casters::any_mesh;
 use super::light::with_light;
-use super::{Mode, ShadeInput, Shaded};
-use crate::Instance;
+use super::raster::volume_occlusion;
+use super::triangles::{Triangle, bounds, triangles};
+use super::{Gpu, Mode, ShadeInput};
+use crate::SceneMesh;
 use crate::error::{Context, Result, bail};
 use crate::reference::Receiver;
 
@@ -20,8 +23,8 @@ pub(super) static MODE: Mode = Mode {
     name: "volumes",
     summary: "The occluders' triangles near the receiver, analytically, without grids",
     needs_light: false,
-    on_cpu: shade,
-    on_gpu: None,
+    on_cpu: |input| with_light(input, occlusion(input, any_mesh)?),
+    on_gpu: Some(|input, gpu| with_light(input, occlusion_on_gpu(input, gpu, any_mesh)?)),
 };
 
 /// Number of receivers between two checks for an interrupt.
@@ -33,12 +36,6 @@ const EXTENT: f64 = 0.25;
 /// The maximum number of boxes along an axis that triangles are sorted into.
 const MAX_BOXES: f64 = 64.0;
 
-/// A triangle in world space, its front counter-clockwise.
-struct Triangle<'a> {
-    corners: [DVec3; 3],
-    instance: &'a Instance,
-}
-
 /// The triangles by the boxes of a lattice that their volumes reach.
 struct Boxes {
     low: DVec3,
@@ -49,53 +46,50 @@ struct Boxes {
     triangles: Vec<u32>,
 }
 
-fn shade(input: &ShadeInput<'_>) -> Result<Shaded> {
-    let triangles = triangles(input)?;
-    let corners = || triangles.iter().flat_map(|t| t.corners);
-    let low = corners().fold(DVec3::INFINITY, DVec3::min);
-    let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
-    let settings = &input.scene.volumes;
-    let by_default = EXTENT * (high - low).max_element();
-    let extent = settings.extent.map_or(by_default, f64::from);
-    let occlusion = match triangles.is_empty() {
-        true => vec![0.0; input.target.receivers.len()],
-        false => {
-            let volume = AogridVolume::new(extent as f32, settings.weight, settings.two_sided)
-                .with_context(|| input.scene.path.display().to_string())?;
-            let boxes = Boxes::new(&triangles, [low, high], extent);
-            occlusions(input, &triangles, &boxes, volume)?
+/// Returns the AO of the casters of chosen meshes for each receiver.
+pub(super) fn occlusion(
+    input: &ShadeInput<'_>,
+    chosen: fn(&SceneMesh) -> bool,
+) -> Result<Vec<f32>> {
+    let triangles = triangles(input, chosen)?;
+    match volume(input, &triangles)? {
+        Some(volume) => {
+            let boxes = Boxes::new(&triangles, f64::from(volume.extent));
+            occlusions(input, &triangles, &boxes, volume)
         }
-    };
-    with_light(input, occlusion)
+        None => Ok(unoccluded(input)),
+    }
 }
 
-/// Returns the triangles of all casters.
-fn triangles<'a>(input: &ShadeInput<'a>) -> Result<Vec<Triangle<'a>>> {
-    let scene = input.scene;
-    let mut triangles = Vec::new();
-    for instance in scene.casters() {
-        let mesh = &scene.meshes[instance.mesh].mesh;
-        let origin = DVec3::from_array(mesh.origin());
-        let world: Vec<DVec3> = mesh
-            .positions()
-            .iter()
-            .map(|p| origin + DVec3::from_array(p.map(f64::from)))
-            .map(|p| instance.world_from_object.transform_point3(p))
-            .collect();
-        let is_mirrored = instance.world_from_object.matrix3.determinant() < 0.0;
-        triangles.extend(mesh.triangles().iter().map(|&[a, b, c]| {
-            let order = if is_mirrored { [a, c, b] } else { [a, b, c] };
-            let corners = order.map(|v| world[v as usize]);
-            Triangle { corners, instance }
-        }));
+/// Returns the same, found on a GPU.
+pub(super) fn occlusion_on_gpu(
+    input: &ShadeInput<'_>,
+    gpu: &Gpu<'_>,
+    chosen: fn(&SceneMesh) -> bool,
+) -> Result<Vec<f32>> {
+    let triangles = triangles(input, chosen)?;
+    match volume(input, &triangles)? {
+        Some(volume) => volume_occlusion(input, gpu, &triangles, volume),
+        None => Ok(unoccluded(input)),
     }
-    if u32::try_from(triangles.len()).is_err() {
-        bail!(
-            "{}: more triangles than can be counted",
-            scene.path.display()
-        );
+}
+
+fn unoccluded(input: &ShadeInput<'_>) -> Vec<f32> {
+    vec![0.0; input.target.receivers.len()]
+}
+
+/// Returns the volumes of the scene's settings; `None` without triangles.
+fn volume(input: &ShadeInput<'_>, triangles: &[Triangle<'_>]) -> Result<Option<AogridVolume>> {
+    if triangles.is_empty() {
+        return Ok(None);
     }
-    Ok(triangles)
+    let settings = &input.scene.volumes;
+    let [low, high] = bounds(triangles);
+    let by_default = (EXTENT * (high - low).max_element()) as f32;
+    let extent = settings.extent.unwrap_or(by_default);
+    let volume = AogridVolume::new(extent, settings.weight, settings.two_sided)
+        .with_context(|| input.scene.path.display().to_string())?;
+    Ok(Some(volume))
 }
 
 /// Returns the AO of all triangles for each receiver.
@@ -142,8 +136,9 @@ impl Triangle<'_> {
 }
 
 impl Boxes {
-    /// Sorts triangles between two corners of their bounding box, each into the boxes that it reaches.
-    fn new(triangles: &[Triangle<'_>], [low, high]: [DVec3; 2], extent: f64) -> Self {
+    /// Sorts triangles, each into the boxes that it reaches.
+    fn new(triangles: &[Triangle<'_>], extent: f64) -> Self {
+        let [low, high] = bounds(triangles);
         let (low, high) = (low - extent, high + extent);
         let counts = ((high - low) / extent)
             .ceil()

@@ -313,6 +313,7 @@ fn scene_of(subject: &Subject, pose: &Pose, grid: &GridSource) -> Scene {
         receivers: None,
         instances: instances.collect(),
         meshes: vec![SceneMesh {
+            bind: None,
             name: subject.name.clone(),
             mesh: Arc::new(subject.mesh.clone()),
             pose: mesh::Pose::IDENTITY,

@@ -36,6 +36,16 @@ const UNNAMED: &str = "unnamed";
 /// `/` between folders.
 pub type Resolver<'a> = dyn Fn(&str) -> io::Result<Vec<u8>> + 'a;
 
+/// A time of an animation of a glTF file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AnimationTime<'a> {
+    /// The animation's name, `animation N` for one without; `None` leaves nodes as the file has them,
+    /// which is not the bind pose of its skins.
+    pub animation: Option<&'a str>,
+    /// The time in seconds; before the first and after the last key nothing moves.
+    pub time: f64,
+}
+
 /// A mesh with the name and hash of its file.
 #[derive(Clone, Debug)]
 pub struct LoadedMesh {
@@ -76,6 +86,9 @@ pub enum LoadError {
     /// The file is compressed and cannot be unpacked.
     #[error("it cannot be unpacked: {0}")]
     Gzip(String),
+    /// Only glTF files have animations.
+    #[error("only glTF files have skins and animations to pose a model by")]
+    NoPoses,
     /// The OBJ file is malformed.
     #[error(transparent)]
     Obj(#[from] ObjError),
@@ -236,9 +249,26 @@ impl MeshFile {
             Content::Obj(bytes) => obj::parse(bytes)?,
             Content::Stl(bytes) => stl::parse(bytes)?,
             Content::Ply(bytes) => ply::parse(bytes)?,
-            Content::Gltf(file) => file.parse()?,
+            Content::Gltf(file) => file.parse(None)?,
         };
-        Ok(LoadedMesh {
+        Ok(self.loaded(parsed))
+    }
+
+    /// Parses the mesh of a glTF file as the nodes and skins of an animation pose it. Vertices,
+    /// triangles and parts have the order of [`MeshFile::parse`], and primitives are not listed.
+    ///
+    /// # Errors
+    ///
+    /// The file is not glTF, has no such animation, is malformed, or needs what is not supported.
+    pub fn parse_posed(&self, pose: &AnimationTime<'_>) -> Result<LoadedMesh, LoadError> {
+        match &self.content {
+            Content::Gltf(file) => Ok(self.loaded(file.parse(Some(pose))?)),
+            _ => Err(LoadError::NoPoses),
+        }
+    }
+
+    fn loaded(&self, parsed: Parsed) -> LoadedMesh {
+        LoadedMesh {
             mesh: parsed.mesh,
             name: self.name.clone(),
             blake3: self.blake3.clone(),
@@ -246,7 +276,7 @@ impl MeshFile {
             rounding: parsed.rounding,
             primitives: parsed.primitives,
             posed: parsed.posed,
-        })
+        }
     }
 }
 

@@ -47,6 +47,14 @@ impl Pose {
         translation: [0.0; 3],
     };
 
+    /// Returns the affine part of a matrix of four columns.
+    pub(super) fn from_matrix(m: [f64; 16]) -> Self {
+        Self {
+            linear: [0, 4, 8].map(|c| [m[c], m[c + 1], m[c + 2]]),
+            translation: [m[12], m[13], m[14]],
+        }
+    }
+
     /// Returns the image of a point.
     pub fn point(&self, p: [f64; 3]) -> [f64; 3] {
         let linear = self.vector(p);

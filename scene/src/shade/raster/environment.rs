@@ -9,7 +9,7 @@ use aogrid_runtime::{
 use glam::DVec3;
 use wgpu::{TextureFormat, TextureUsages};
 
-use super::super::casters::GridShading;
+use super::super::casters::{GridShading, any_mesh, casters};
 use super::super::light::{EnvironmentLight, check};
 use super::super::{Gpu, ShadeInput, Shaded, glossy};
 use super::textures::{cleared_attachment, create_texture, read_back, upload};
@@ -42,7 +42,7 @@ pub(in super::super) fn shade(
     check(input)?;
     catch_out_of_memory(gpu, || {
         let environment_light = EnvironmentLight::new(input)?;
-        let picture = Picture::new(input, gpu, shading)?;
+        let picture = Picture::new(input, gpu, &casters(input, shading, any_mesh)?)?;
         let (encoder, occlusion) = match shading {
             GridShading::Merge | GridShading::Mean => picture.merge(shading)?,
             GridShading::Occlusion | GridShading::Cone => {

@@ -2,23 +2,28 @@
 
 pub(super) mod environment;
 mod textures;
+mod volumes;
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 use aogrid_runtime::{
-    Frame, GBufferFormat, GBufferViews, GridTexture, Instance, MergePass, MergePassDescriptor,
-    Mode, Normals, OcclusionPass, OcclusionPassDescriptor, Output, Positions, Receivers, wgpu,
+    AOGRID_NO_OBJECT, Frame, GBufferFormat, GBufferViews, GridTexture, Instance, MergePass,
+    MergePassDescriptor, Mode, Normals, OcclusionPass, OcclusionPassDescriptor, Output, Positions,
+    Receivers, wgpu,
 };
 use glam::DMat4;
 use wgpu::{TextureFormat, TextureUsages};
 
 use self::textures::{Views, cleared_attachment, create_texture, read_back};
-use super::casters::{Caster, GridShading, casters, describe};
+use super::casters::{Caster, GridShading, any_mesh, casters, describe};
 use super::light::with_light;
 use super::{Gpu, ShadeInput, Shaded};
+use crate::SceneMesh;
 use crate::error::{Context, Result, SceneError, bail, ensure};
+
+pub(super) use volumes::volume_occlusion;
 
 /// A scene's picture and its occluders, on the GPU.
 struct Picture<'a> {
@@ -44,17 +49,26 @@ const FORMAT: GBufferFormat = GBufferFormat {
 };
 
 pub(super) fn shade(input: &ShadeInput<'_>, gpu: &Gpu<'_>, shading: GridShading) -> Result<Shaded> {
+    with_light(input, occlusion(input, gpu, shading, any_mesh)?)
+}
+
+/// Returns the AO of the casters of chosen meshes for each receiver.
+pub(super) fn occlusion(
+    input: &ShadeInput<'_>,
+    gpu: &Gpu<'_>,
+    shading: GridShading,
+    chosen: fn(&SceneMesh) -> bool,
+) -> Result<Vec<f32>> {
     catch_out_of_memory(gpu, || {
-        let picture = Picture::new(input, gpu, shading)?;
+        let picture = Picture::new(input, gpu, &casters(input, shading, chosen)?)?;
         let transmittance = picture.transmittance(shading)?;
         let pixels = picture.pixels.iter();
-        let occlusion = pixels.map(|&pixel| 1.0 - transmittance[pixel]);
-        with_light(input, occlusion.collect())
+        Ok(pixels.map(|&pixel| 1.0 - transmittance[pixel]).collect())
     })
 }
 
 /// Runs `shade` and turns an out-of-memory condition of the GPU into an error.
-fn catch_out_of_memory(gpu: &Gpu<'_>, shade: impl FnOnce() -> Result<Shaded>) -> Result<Shaded> {
+fn catch_out_of_memory<T>(gpu: &Gpu<'_>, shade: impl FnOnce() -> Result<T>) -> Result<T> {
     let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
     let shaded = shade();
     if pollster::block_on(scope.pop()).is_some() {
@@ -67,7 +81,7 @@ fn catch_out_of_memory(gpu: &Gpu<'_>, shade: impl FnOnce() -> Result<Shaded>) ->
 }
 
 impl<'a> Picture<'a> {
-    fn new(input: &'a ShadeInput<'a>, gpu: &'a Gpu<'a>, shading: GridShading) -> Result<Self> {
+    fn new(input: &'a ShadeInput<'a>, gpu: &'a Gpu<'a>, casters: &[Caster<'_>]) -> Result<Self> {
         let picture = input.target.picture.as_ref();
         let (gbuffer, pixels) =
             picture.ok_or_else(|| SceneError::new("receivers of a list are not in a picture"))?;
@@ -76,7 +90,7 @@ impl<'a> Picture<'a> {
             gpu,
             size: gbuffer.size,
             pixels,
-            occluders: occluders(input, gpu, &casters(input, shading)?)?,
+            occluders: occluders(input, gpu, casters)?,
             views: Views::new(input, gpu, gbuffer, pixels),
         })
     }
@@ -209,7 +223,7 @@ fn occluders(
     casters: &[Caster<'_>],
 ) -> Result<Vec<(GridTexture, Instance)>> {
     let mut textures = HashMap::new();
-    let mut occluder = |caster: &Caster<'_>| {
+    let mut occluder = |caster: &Caster<'_>| -> Result<_> {
         let texture = match textures.entry(Arc::as_ptr(&caster.grid)) {
             Entry::Occupied(made) => made.into_mut(),
             Entry::Vacant(entry) => {
@@ -219,18 +233,25 @@ fn occluders(
             }
         };
         let mut instance = caster.posed;
-        let excludes = &caster.instance.excludes;
-        ensure!(
-            excludes.len() <= instance.excluded.len(),
-            "it excludes {} receivers, and a GPU's occluder at most {}: use --backend cpu",
-            excludes.len(),
-            instance.excluded.len()
-        );
-        instance.excluded[..excludes.len()].copy_from_slice(excludes);
+        instance.excluded = excluded(caster.instance)?;
         Ok((texture.clone(), instance))
     };
     casters
         .iter()
         .map(|caster| occluder(caster).with_context(|| describe(input, caster.instance)))
         .collect()
+}
+
+/// Returns the ids of the receivers that an instance does not shade.
+fn excluded(instance: &crate::Instance) -> Result<[u32; 4]> {
+    let excludes = &instance.excludes;
+    let mut excluded = [AOGRID_NO_OBJECT; 4];
+    ensure!(
+        excludes.len() <= excluded.len(),
+        "it excludes {} receivers, and a GPU's occluder at most {}: use --backend cpu",
+        excludes.len(),
+        excluded.len()
+    );
+    excluded[..excludes.len()].copy_from_slice(excludes);
+    Ok(excluded)
 }

@@ -1,6 +1,6 @@
 //! The measured kernels: compute shaders that shade a pixel with one occluder or several.
 
-use aogrid_runtime::wgsl::{ENVIRONMENT, SHADING, tiled_pass};
+use aogrid_runtime::wgsl::{ENVIRONMENT, SHADING, VOLUMES, tiled_pass};
 
 const NAIVE: &str = include_str!("naive.wgsl");
 
@@ -41,7 +41,7 @@ pub(super) struct Pass {
 const PER_LANE: &str = "";
 
 /// The library's shaders beside those that the papers print.
-pub(super) const PASSES: [Pass; 14] = [
+pub(super) const PASSES: [Pass; 16] = [
     Pass {
         name: "occlusion, RR-5779 as printed",
         occluder: "Naive",
@@ -113,10 +113,23 @@ pub(super) const PASSES: [Pass; 14] = [
         occluder: "AogridOccluder",
         transmittance: "cone_in_closed_form(o, p, n)",
     },
+    Pass {
+        name: "volume of a triangle",
+        occluder: "VolumeTriangle",
+        transmittance: "1.0 - aogrid_volume_occlusion(o.volume, o.a.xyz - p, o.b.xyz - p, o.c.xyz - p, \
+                        n)",
+    },
+    Pass {
+        name: "form factor of a triangle",
+        occluder: "VolumeTriangle",
+        transmittance: "1.0 - aogrid_form_factor(aogrid_above_horizon(o.a.xyz - p, o.b.xyz - p, \
+                        o.c.xyz - p, n), n)",
+    },
 ];
 
 /// Combinations of the library's functions without strength, which the printed shaders lack.
 const PARTS: &str = "
+struct VolumeTriangle { a: vec4f, b: vec4f, c: vec4f, volume: AogridVolume }
 fn cone_of(o: AogridOccluder, p_grid: vec3f, n: vec3f) -> f32 {
     let texel = textureSampleLevel(grid, linear_clamp, p_grid, 0.0);
     let cos_beta = aogrid_cos_beta(aogrid_axis(o, texel.rgb), n);
@@ -223,7 +236,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {{
         );
         Kernel {
             name: self.name.to_owned(),
-            wgsl: [SHADING, BINDINGS, NAIVE, PARTS, &entry].concat(),
+            wgsl: [SHADING, VOLUMES, BINDINGS, NAIVE, PARTS, &entry].concat(),
             entry_point: "shade".to_owned(),
             constants: vec![],
         }

@@ -32,6 +32,21 @@ impl GltfFile {
         self.elements(idx, accessor, component)
     }
 
+    /// Returns the elements of an accessor of this type; `meaning` is what they are for.
+    pub(super) fn vectors<const N: usize>(
+        &self,
+        idx: usize,
+        type_: Type,
+        meaning: &str,
+    ) -> Result<Vec<[f64; N]>, GltfError> {
+        let accessor = self.accessor(idx)?;
+        let component = component(idx, accessor)?;
+        if accessor.type_ != Checked::Valid(type_) {
+            return Err(fault(idx, &format!("its elements are not {meaning}")));
+        }
+        self.elements(idx, accessor, component)
+    }
+
     /// Returns the numbers of an accessor of vertex indices.
     pub(super) fn indices(&self, idx: usize) -> Result<Vec<u32>, GltfError> {
         let accessor = self.accessor(idx)?;
@@ -128,7 +143,7 @@ impl GltfFile {
 
     /// Returns the accessor of an attribute of a primitive that was read before, if it has one: with an
     /// element for each position.
-    fn attribute(
+    pub(super) fn attribute(
         &self,
         mesh: usize,
         primitive: usize,

@@ -7,18 +7,20 @@ mod accessor;
 mod buffers;
 mod nodes;
 mod shapes;
+mod skin;
 #[cfg(test)]
 mod tests;
+mod transforms;
 
 use std::io;
 
-pub(crate) use nodes::local_pose;
+pub(crate) use transforms::local_pose;
 
 use gltf_json::mesh::Semantic;
 use gltf_json::validation::{Checked, Validate};
 use gltf_json::{Path, Root};
 
-use super::{Parsed, Resolver};
+use super::{AnimationTime, Parsed, Resolver};
 use crate::mesh::MeshError;
 
 /// The reason that a file is not a glTF mesh that can be read.
@@ -103,6 +105,17 @@ pub enum GltfError {
         /// The set's number.
         set: u32,
     },
+    /// The file has no animation of this name.
+    #[error("it has no animation `{name}`; {}", listed(known))]
+    NoAnimation {
+        /// The name.
+        name: String,
+        /// The names of all animations.
+        known: Vec<String>,
+    },
+    /// A node has a matrix and is animated, which glTF forbids.
+    #[error("node {0} is animated and has a matrix: save it with translation, rotation and scale")]
+    AnimatedMatrix(usize),
     /// A node is its own ancestor or has two parents.
     #[error("node {0} is its own ancestor or has two parents")]
     NotATree(usize),
@@ -112,6 +125,13 @@ pub enum GltfError {
     /// The file can be parsed, but its triangles are not a valid mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+}
+
+fn listed(names: &[String]) -> String {
+    match names {
+        [] => "there are none".to_owned(),
+        names => format!("there are: {}", names.join(", ")),
+    }
 }
 
 fn remedy(extension: &str) -> &'static str {
@@ -164,9 +184,10 @@ impl GltfFile {
         })
     }
 
-    pub(super) fn parse(&self) -> Result<Parsed, GltfError> {
+    /// Parses the mesh: in bind pose, or in the pose of an animation.
+    pub(super) fn parse(&self, pose: Option<&AnimationTime<'_>>) -> Result<Parsed, GltfError> {
         let invalid = self.validation_warning()?;
-        let mut parsed = nodes::parse(self)?;
+        let mut parsed = nodes::parse(self, pose)?;
         parsed.warnings.extend(invalid);
         if !self.is_aligned {
             let warning = "a chunk of its container is not a multiple of four bytes long";

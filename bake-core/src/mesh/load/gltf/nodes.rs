@@ -6,17 +6,22 @@ use std::sync::Arc;
 use gltf_json::{Node, Scene};
 
 use super::super::parts::unique_names;
-use super::super::{Parsed, PartMesh, Pose, PosedPrimitive, single_rounding};
+use super::super::{AnimationTime, Parsed, PartMesh, Pose, PosedPrimitive, single_rounding};
 use super::shapes::{Notes, Shape};
+use super::transforms::{NodePoses, local_pose};
 use super::{GltfError, GltfFile};
 use crate::mesh::{MeshError, Part, TriangleMesh};
 
 /// Maximum number of triangles of all nodes: a small file may have many nodes with one large mesh.
 const MAX_TRIANGLES: usize = 1 << 27;
 
-/// Reads the scene that a file shows first.
-pub(super) fn parse(file: &GltfFile) -> Result<Parsed, GltfError> {
-    let mut walk = Walk::new(file);
+/// Reads the scene that a file shows first: in bind pose, or as an animation and skins pose it.
+pub(super) fn parse(
+    file: &GltfFile,
+    pose: Option<&AnimationTime<'_>>,
+) -> Result<Parsed, GltfError> {
+    let poses = pose.map(|pose| file.node_poses(pose)).transpose()?;
+    let mut walk = Walk::new(file, poses);
     let roots = walk.roots()?;
     for root in roots {
         walk.tree(root)?;
@@ -27,6 +32,8 @@ pub(super) fn parse(file: &GltfFile) -> Result<Parsed, GltfError> {
 /// A walk over the nodes, with what they have posed so far.
 struct Walk<'a> {
     file: &'a GltfFile,
+    /// The poses of nodes by an animation; `None` for bind pose.
+    poses: Option<NodePoses>,
     visited: Vec<bool>,
     shapes: HashMap<usize, Shape>,
     /// The own mesh of each glTF mesh, and the first part that has it.
@@ -46,9 +53,10 @@ struct Walk<'a> {
 }
 
 impl<'a> Walk<'a> {
-    fn new(file: &'a GltfFile) -> Self {
+    fn new(file: &'a GltfFile, poses: Option<NodePoses>) -> Self {
         Self {
             file,
+            poses,
             visited: vec![false; file.root.nodes.len()],
             shapes: HashMap::new(),
             own: HashMap::new(),
@@ -124,7 +132,10 @@ impl<'a> Walk<'a> {
                 self.hidden += 1;
                 continue;
             }
-            let pose = parent.after(&local_pose(node));
+            let pose = parent.after(&match &self.poses {
+                Some(poses) => poses.locals[idx],
+                None => local_pose(node),
+            });
             if let Some(mesh) = node.mesh {
                 self.part(idx, node, mesh.value(), pose)?;
             }
@@ -165,7 +176,8 @@ impl<'a> Walk<'a> {
         self.instanced += usize::from(has_extension(node, "EXT_mesh_gpu_instancing"));
         let first = self.positions.len() as u32;
         let start = self.triangles.len();
-        let primitives = shape.primitives.iter();
+        // A pose of its own would be no pose of a skinned primitive's vertices.
+        let primitives = shape.primitives.iter().filter(|_| self.poses.is_none());
         self.primitives
             .extend(primitives.map(|(primitive, range)| PosedPrimitive {
                 node: idx,
@@ -174,17 +186,26 @@ impl<'a> Walk<'a> {
                 vertices: range.start + first as usize..range.end + first as usize,
                 pose,
             }));
-        let (positions, triangles) = posed(shape, &pose);
-        self.positions.extend(positions);
+        let (positions, triangles) = match (&self.poses, node.skin) {
+            (Some(poses), Some(skin)) => self.file.skinned(mesh, shape, skin.value(), poses)?,
+            _ => posed(shape, &pose),
+        };
+        self.positions.extend_from_slice(&positions);
         self.triangles
-            .extend(triangles.map(|t| t.map(|v| v + first)));
+            .extend(triangles.iter().map(|t| t.map(|v| v + first)));
         let mesh_name = self.file.root.meshes[mesh].name.as_ref();
         let name = node.name.as_ref().or(mesh_name);
         self.parts.push(Part {
             name: name.map_or_else(|| format!("node {idx}"), Clone::clone),
             triangles: start..self.triangles.len(),
         });
-        let own = self.own_mesh(mesh, pose);
+        let own = match self.poses.is_some() && node.skin.is_some() {
+            true => own_mesh(&positions, triangles).map(|mesh| PartMesh {
+                same_as: self.posed.len(),
+                ..PartMesh::whole(mesh)
+            }),
+            false => self.own_mesh(mesh, pose),
+        };
         self.posed.push(own);
         Ok(())
     }
@@ -218,11 +239,12 @@ impl<'a> Walk<'a> {
         let mesh = TriangleMesh::from_f64(&self.positions, self.triangles, self.parts)?;
         let mut warnings = self.warnings;
         warnings.extend(self.notes.warnings());
+        let unposed = match self.poses {
+            Some(_) => 0,
+            None => self.skinned,
+        };
         for (count, text) in [
-            (
-                self.skinned,
-                "parts are skinned: they are read in bind pose",
-            ),
+            (unposed, "parts are skinned: they are read in bind pose"),
             (
                 self.hidden,
                 "nodes are hidden: they and what is below them are left out",
@@ -254,31 +276,29 @@ impl<'a> Walk<'a> {
 
 /// Returns a shape's positions and triangles in a pose. A mirror image is turned, so that its faces
 /// point outward as before.
-fn posed(
-    shape: &Shape,
-    pose: &Pose,
-) -> (
-    impl Iterator<Item = [f64; 3]>,
-    impl Iterator<Item = [u32; 3]>,
-) {
+fn posed(shape: &Shape, pose: &Pose) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     let is_mirrored = pose.determinant() < 0.0;
     let turned = move |[a, b, c]: [u32; 3]| match is_mirrored {
         true => [b, a, c],
         false => [a, b, c],
     };
     let positions = shape.positions.iter().map(|p| pose.point(*p));
-    (positions, shape.triangles.iter().copied().map(turned))
+    let triangles = shape.triangles.iter().copied().map(turned);
+    (positions.collect(), triangles.collect())
 }
 
 fn mesh_of(shape: &Shape, pose: &Pose) -> Result<TriangleMesh, MeshError> {
     let (positions, triangles) = posed(shape, pose);
-    let positions: Vec<_> = positions.collect();
-    let triangles: Vec<_> = triangles.collect();
+    own_mesh(&positions, triangles)
+}
+
+/// Returns the mesh of one part.
+fn own_mesh(positions: &[[f64; 3]], triangles: Vec<[u32; 3]>) -> Result<TriangleMesh, MeshError> {
     let whole = Part {
         name: super::super::UNNAMED.to_owned(),
         triangles: 0..triangles.len(),
     };
-    TriangleMesh::from_f64(&positions, triangles, vec![whole])
+    TriangleMesh::from_f64(positions, triangles, vec![whole])
 }
 
 fn has_extension(node: &Node, name: &str) -> bool {
@@ -290,41 +310,4 @@ fn is_hidden(node: &Node) -> bool {
     let extensions = node.extensions.as_ref();
     let visibility = extensions.and_then(|all| all.others.get("KHR_node_visibility"));
     visibility.is_some_and(|value| value["visible"] == false)
-}
-
-/// Returns the pose of a node in its parent.
-pub(crate) fn local_pose(node: &Node) -> Pose {
-    if let Some(matrix) = node.matrix {
-        let m = matrix.map(f64::from);
-        return Pose {
-            linear: [0, 4, 8].map(|c| [m[c], m[c + 1], m[c + 2]]),
-            translation: [m[12], m[13], m[14]],
-        };
-    }
-    let [x, y, z, w] = node.rotation.unwrap_or_default().0.map(f64::from);
-    let norm = x * x + y * y + z * z + w * w;
-    // Quaternions are written in single precision or less and are not exactly of length one.
-    let s = if norm > 0.0 { 2.0 / norm } else { 0.0 };
-    let rotation = [
-        [
-            1.0 - s * (y * y + z * z),
-            s * (x * y + w * z),
-            s * (x * z - w * y),
-        ],
-        [
-            s * (x * y - w * z),
-            1.0 - s * (x * x + z * z),
-            s * (y * z + w * x),
-        ],
-        [
-            s * (x * z + w * y),
-            s * (y * z - w * x),
-            1.0 - s * (x * x + y * y),
-        ],
-    ];
-    let scale = node.scale.unwrap_or([1.0; 3]).map(f64::from);
-    Pose {
-        linear: std::array::from_fn(|c| rotation[c].map(|v| v * scale[c])),
-        translation: node.translation.unwrap_or_default().map(f64::from),
-    }
 }

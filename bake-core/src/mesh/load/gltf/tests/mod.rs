@@ -1,6 +1,7 @@
 //! Small files written anew, one for each trap.
 
 mod file;
+mod skin;
 
 use std::collections::HashMap;
 use std::io;
