@@ -22,6 +22,8 @@ mod odd_inputs;
 mod parts;
 /// Rendering scenes.
 mod render;
+/// The report of the papers' figures.
+mod reproduce;
 /// Errors in scene files: line, key, reason.
 mod scene_errors;
 /// Scenes shaded by grids, and the cost of shaders.

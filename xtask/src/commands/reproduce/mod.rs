@@ -11,10 +11,11 @@ mod steps;
 use std::fs;
 use std::path::PathBuf;
 
-use anyhow::{Context, ensure};
+use anyhow::Context;
 use aogrid::console::Console;
 use aogrid::output;
 use aogrid_baker_gpu::adapters;
+use clap::builder::PossibleValuesParser;
 
 use finding::Results;
 use html::Judged;
@@ -33,8 +34,8 @@ pub(crate) struct Args {
     /// Standard error of ray-traced truth: smaller takes longer
     #[arg(long, value_name = "E", default_value = "0.004", value_parser = error)]
     error: f64,
-    /// Make only figures whose name contains this text; may be given several times
-    #[arg(long, value_name = "TEXT")]
+    /// Make only this figure; may be given several times
+    #[arg(long, value_name = "FIGURE", value_parser = figure_names())]
     only: Vec<String>,
 }
 
@@ -53,22 +54,17 @@ fn error(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Accepts the names of figures.
+fn figure_names() -> PossibleValuesParser {
+    let all = figures::all(1.0, None);
+    PossibleValuesParser::new(all.iter().map(|figure| figure.id).collect::<Vec<_>>())
+}
+
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let adapter = adapters().into_iter().next().map(|adapter| adapter.name);
     let mut figures = figures::all(args.error, adapter.as_deref());
-    if !args.only.is_empty() {
-        let names: Vec<_> = figures.iter().map(|figure| figure.id).collect();
-        figures.retain(|figure| {
-            args.only
-                .iter()
-                .any(|text| figure.id.contains(text.as_str()))
-        });
-        ensure!(
-            !figures.is_empty(),
-            "no figure is named so; there are: {}",
-            names.join(", ")
-        );
-    }
+    let is_wanted = |figure: &figures::Figure| args.only.iter().any(|name| name == figure.id);
+    figures.retain(|figure| args.only.is_empty() || is_wanted(figure));
     let folder = &args.out;
     for part in ["data", "models", "scenes"] {
         let path = folder.join(part);
