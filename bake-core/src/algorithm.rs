@@ -2,7 +2,9 @@
 
 use aogrid_grid_format::{GridSpec, Sampling};
 
-use crate::{BakeOptions, OptionsError, PrepareError, PreparedMesh, TriangleMesh};
+use crate::{
+    BakeOptions, Observer, OptionsError, PrepareError, PreparedMesh, TriangleMesh, UNOBSERVED,
+};
 
 /// The algorithm that finds the visibility of a cell's directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,6 +78,9 @@ pub enum PlanError {
     /// The direction sweep was requested, but only ray casting supports this bake.
     #[error("the sweep cannot bake this: {0}")]
     NoSweep(RayFallbackReason),
+    /// The observer cancelled the preparation.
+    #[error("the bake was cancelled")]
+    Cancelled,
 }
 
 impl Plan {
@@ -92,17 +97,33 @@ impl Plan {
         options: &BakeOptions,
         requested: Option<Algorithm>,
     ) -> Result<Self, PlanError> {
+        Self::observed(mesh, spec, options, requested, UNOBSERVED)
+    }
+
+    /// Makes a plan like [`Plan::new`], and calls the observer while the mesh is prepared.
+    ///
+    /// # Errors
+    ///
+    /// The same as [`Plan::new`], or the observer cancelled.
+    pub fn observed(
+        mesh: &TriangleMesh,
+        spec: GridSpec,
+        options: &BakeOptions,
+        requested: Option<Algorithm>,
+        observer: Observer<'_>,
+    ) -> Result<Self, PlanError> {
         options.validate()?;
         if requested == Some(Algorithm::RayCasting) {
             return Ok(Self::Rays {
                 fallback_reason: None,
             });
         }
-        match prepare_sweep(mesh, spec, options, requested.is_none()) {
+        match prepare_sweep(mesh, spec, options, requested.is_none(), observer) {
             Ok((mesh, size)) => Ok(Self::Sweep {
                 mesh: Box::new(mesh),
                 size,
             }),
+            Err(RayFallbackReason::Prepare(PrepareError::Cancelled)) => Err(PlanError::Cancelled),
             Err(reason) if requested.is_some() => Err(PlanError::NoSweep(reason)),
             Err(reason) => Ok(Self::Rays {
                 fallback_reason: Some(reason),
@@ -118,6 +139,7 @@ fn prepare_sweep(
     spec: GridSpec,
     options: &BakeOptions,
     only_if_faster: bool,
+    observer: Observer<'_>,
 ) -> Result<(PreparedMesh, u32), RayFallbackReason> {
     let size = match options.sampling {
         Sampling::MonteCarlo { .. } => return Err(RayFallbackReason::MonteCarlo),
@@ -126,8 +148,8 @@ fn prepare_sweep(
         }
         Sampling::CubeFaces { size } => size,
     };
-    let prepared =
-        PreparedMesh::new(mesh, spec, options.sample_offset).map_err(RayFallbackReason::Prepare)?;
+    let prepared = PreparedMesh::observed(mesh, spec, options.sample_offset, observer)
+        .map_err(RayFallbackReason::Prepare)?;
     match too_many(prepared.boundary_edges().len()) {
         Some(reason) if only_if_faster => Err(reason),
         _ => Ok((prepared, size)),

@@ -42,8 +42,9 @@ const MAX_STEPS: usize = 12;
 /// of this size changes AO by less than 1e-4.
 const UNIT: f64 = 1e-3;
 
-/// Whether renderers continue a grid with these options beyond its box by default.
-pub(crate) fn is_needed(options: &BakeOptions) -> bool {
+/// Whether renderers continue a grid with these options beyond its box by default, for which the
+/// bake looks at a few points around it.
+pub fn has_far_field(options: &BakeOptions) -> bool {
     options.encoding == Encoding::Moment
         && options.boundary == BoundaryMode::None
         && options.max_distance.is_none()

@@ -60,6 +60,7 @@ pub use algorithm::{Algorithm, Plan, PlanError, RayFallbackReason};
 pub use classification::Classification;
 pub use face_bits::FaceBits;
 pub use face_sums::{FaceSums, FixedTexel, fixed_texels};
+pub use far_field::has_far_field;
 pub use fit::NearSurface;
 pub use layers::SignedLayers;
 pub use mesh::TriangleMesh;

@@ -77,7 +77,7 @@ pub fn bake_grid_at<E: From<PipelineError>>(
         let points = visibility(lattice, &fit::point_options(options))?;
         refinements.near = Some(NearSurface { mesh, points });
     }
-    if far_field::is_needed(options) {
+    if far_field::has_far_field(options) {
         let lattice = far_field::lattice(&spec).map_err(PipelineError::FarField)?;
         let points = visibility(lattice, &far_field::point_options(options))?;
         refinements.flatness = far_field::flatness(&raw, &points);

@@ -274,8 +274,15 @@ mod tests {
         };
         bake(&mesh, spec, &options, &watch).unwrap();
         assert_eq!(max_done.into_inner(), 1080);
-        let stop = |_: Progress| ControlFlow::Break(());
-        let stopped = bake(&mesh, spec, &options, &stop);
-        assert_eq!(stopped, Err(BakeError::Cancelled));
+        // The first of these calls is made while the mesh is prepared.
+        for stop_at in 1..8 {
+            let calls = AtomicUsize::new(0);
+            let stop = |_: Progress| match calls.fetch_add(1, Ordering::Relaxed) + 1 < stop_at {
+                true => ControlFlow::Continue(()),
+                false => ControlFlow::Break(()),
+            };
+            let stopped = bake(&mesh, spec, &options, &stop);
+            assert_eq!(stopped, Err(BakeError::Cancelled));
+        }
     }
 }

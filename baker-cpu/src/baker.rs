@@ -2,7 +2,7 @@
 
 use aogrid_bake_core::{
     Algorithm, BakeOptions, Observer, Placement, Plan, PreparedMesh, RawGrid, RayFallbackReason,
-    SignedLayers, TriangleMesh,
+    SignedLayers, TriangleMesh, UNOBSERVED,
 };
 use aogrid_grid_format::{Grid, GridSpec, Source};
 
@@ -61,7 +61,24 @@ impl Baker {
         spec: GridSpec,
         options: &'a BakeOptions,
     ) -> Result<Prepared<'a>, BakeError> {
-        let (algorithm, fallback_reason) = match Plan::new(mesh, spec, options, self.requested)? {
+        self.prepare_observed(mesh, spec, options, UNOBSERVED)
+    }
+
+    /// Prepares a bake like [`Baker::prepare`], and calls the observer before each of its stages: a
+    /// mesh of ten million triangles takes seconds.
+    ///
+    /// # Errors
+    ///
+    /// The same as [`Baker::prepare`], or the observer cancelled.
+    pub fn prepare_observed<'a>(
+        &'a mut self,
+        mesh: &TriangleMesh,
+        spec: GridSpec,
+        options: &'a BakeOptions,
+        observer: Observer<'_>,
+    ) -> Result<Prepared<'a>, BakeError> {
+        let plan = Plan::observed(mesh, spec, options, self.requested, observer)?;
+        let (algorithm, fallback_reason) = match plan {
             Plan::Sweep { mesh, size } => {
                 let sweeper = &mut self.sweeper;
                 let algorithm = PreparedAlgorithm::Sweep {
@@ -154,7 +171,9 @@ pub fn bake(
     observer: Observer<'_>,
 ) -> Result<RawGrid, BakeError> {
     let mut baker = Baker::new(None);
-    baker.prepare(mesh, spec, options)?.bake(observer)
+    baker
+        .prepare_observed(mesh, spec, options, observer)?
+        .bake(observer)
 }
 
 /// Bakes the grid of `mesh` with the whole pipeline, for the record of `source`: places it, bakes
@@ -173,14 +192,16 @@ pub fn bake_grid(
 ) -> Result<Grid, BakeError> {
     let mut baker = Baker::new(None);
     aogrid_bake_core::bake_grid(mesh, placement, options, source, |spec, options| {
-        baker.prepare(mesh, spec, options)?.bake(observer)
+        baker
+            .prepare_observed(mesh, spec, options, observer)?
+            .bake(observer)
     })
 }
 
 #[cfg(test)]
 mod tests {
+    use aogrid_bake_core::Placement;
     use aogrid_bake_core::models::Model;
-    use aogrid_bake_core::{Placement, UNOBSERVED};
 
     use super::*;
 

@@ -9,7 +9,7 @@ use aogrid_bake_core::{PipelineError, PlanError};
 pub enum BakeError {
     /// The bake was refused before it began.
     #[error(transparent)]
-    Plan(#[from] PlanError),
+    Plan(PlanError),
     /// The grid cannot be placed, or its moments cannot become a grid.
     #[error(transparent)]
     Pipeline(#[from] PipelineError),
@@ -22,4 +22,13 @@ pub enum BakeError {
     /// The observer cancelled the bake.
     #[error("the bake was cancelled")]
     Cancelled,
+}
+
+impl From<PlanError> for BakeError {
+    fn from(error: PlanError) -> Self {
+        match error {
+            PlanError::Cancelled => Self::Cancelled,
+            refused => Self::Plan(refused),
+        }
+    }
 }

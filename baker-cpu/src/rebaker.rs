@@ -67,7 +67,7 @@ impl Rebaker {
     ) -> Result<RawGrid, BakeError> {
         let size = match self.repose(mesh, spec, options) {
             Some(size) => size,
-            None => match Plan::new(mesh, spec, options, None)? {
+            None => match Plan::observed(mesh, spec, options, None, observer)? {
                 Plan::Sweep {
                     mesh: prepared,
                     size,

@@ -2,6 +2,7 @@
 
 use aogrid_bake_core::{
     Algorithm, BakeOptions, Observer, Plan, RawGrid, RayFallbackReason, SignedLayers, TriangleMesh,
+    UNOBSERVED,
 };
 use aogrid_grid_format::GridSpec;
 
@@ -54,8 +55,24 @@ impl Baker {
         spec: GridSpec,
         options: &'a BakeOptions,
     ) -> Result<Prepared<'a>, BakeError> {
+        self.prepare_observed(mesh, spec, options, UNOBSERVED).await
+    }
+
+    /// Prepares a bake like [`Baker::prepare`], and calls the observer before each stage of the CPU's
+    /// part.
+    ///
+    /// # Errors
+    ///
+    /// The same as [`Baker::prepare`], or the observer cancelled.
+    pub async fn prepare_observed<'a>(
+        &'a mut self,
+        mesh: &TriangleMesh,
+        spec: GridSpec,
+        options: &'a BakeOptions,
+        observer: Observer<'_>,
+    ) -> Result<Prepared<'a>, BakeError> {
         let (layers, uploaded, fallback_reason) =
-            match Plan::new(mesh, spec, options, self.requested)? {
+            match Plan::observed(mesh, spec, options, self.requested, observer)? {
                 Plan::Sweep { mesh, size } => {
                     let layers = options.layers_of(&mesh);
                     let uploaded = Box::new(self.sweeper.upload(*mesh).await?);

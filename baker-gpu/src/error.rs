@@ -9,7 +9,7 @@ use aogrid_bake_core::PlanError;
 pub enum BakeError {
     /// The bake was refused before it began, for a reason that does not depend on the device.
     #[error(transparent)]
-    Plan(#[from] PlanError),
+    Plan(PlanError),
     /// The observer cancelled the bake.
     #[error("the bake was cancelled")]
     Cancelled,
@@ -38,4 +38,13 @@ pub enum BakeError {
     /// The driver rejected a call that should be valid.
     #[error("the GPU rejected a call: {0}")]
     Refused(String),
+}
+
+impl From<PlanError> for BakeError {
+    fn from(error: PlanError) -> Self {
+        match error {
+            PlanError::Cancelled => Self::Cancelled,
+            refused => Self::Plan(refused),
+        }
+    }
 }

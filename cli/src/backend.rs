@@ -158,7 +158,8 @@ impl Backend {
             Gpu::Unavailable { reason } => reason.clone(),
             Gpu::NotSearched | Gpu::Found(_) => None,
         };
-        let (prepared, prepare_s) = timed(|| self.cpu.prepare(mesh, spec, options));
+        let (prepared, prepare_s) =
+            timed(|| self.cpu.prepare_observed(mesh, spec, options, observer));
         let mut prepared = prepared?;
         let (raw, visibility_s) = timed(|| prepared.bake(observer));
         Ok(TimedBake {
@@ -185,7 +186,8 @@ fn bake_on_gpu(
     options: &BakeOptions,
     observer: Observer<'_>,
 ) -> Result<TimedBake, gpu::BakeError> {
-    let (prepared, prepare_s) = timed(|| context.block_on(baker.prepare(mesh, spec, options)));
+    let (prepared, prepare_s) =
+        timed(|| context.block_on(baker.prepare_observed(mesh, spec, options, observer)));
     let mut prepared = prepared?;
     let (raw, visibility_s) = timed(|| context.block_on(prepared.bake(observer)));
     let info = context.adapter();

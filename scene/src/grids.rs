@@ -39,7 +39,9 @@ pub(crate) fn bake(
     let mut baker = Baker::new(None);
     let source = source.clone();
     bake_grid_at(spec, mesh, placement, options, source, |spec, options| {
-        Ok(baker.prepare(mesh, spec, options)?.bake(observer)?)
+        Ok(baker
+            .prepare_observed(mesh, spec, options, observer)?
+            .bake(observer)?)
     })
 }
 

@@ -47,7 +47,7 @@ use row_hits::RowHits;
 use unbalanced::Winding;
 
 use crate::prepared::Limits;
-use crate::{PreparedMesh, TriangleMesh};
+use crate::{PreparedMesh, TriangleMesh, UNOBSERVED};
 
 /// Texels along a face's side. Even, so that no direction lies in a plane of two axes; more would
 /// change the class of a few cells in a thousand.
@@ -141,7 +141,7 @@ impl SignedLayers {
     /// Returns none where there is nothing to count: a mesh without unbalanced edges, or one that
     /// reaches a million cells from the grid.
     pub fn around(mesh: &TriangleMesh, spec: GridSpec, sample_offset: [f32; 3]) -> Option<Self> {
-        let prepared = PreparedMesh::within(Limits::LAYERS, mesh, spec, sample_offset);
+        let prepared = PreparedMesh::within(Limits::LAYERS, mesh, spec, sample_offset, UNOBSERVED);
         prepared.ok()?.signed_layers()
     }
 

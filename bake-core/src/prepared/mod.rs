@@ -28,8 +28,8 @@ pub use edges::{BoundaryEdge, Edge, HalfEdge};
 pub use lattice::Lattice;
 pub(crate) use lattice::Limits;
 
-use crate::TriangleMesh;
 use crate::mesh::{Bounds, first_duplicate};
+use crate::{Observer, Progress, TriangleMesh, UNOBSERVED};
 
 /// A mesh prepared for one grid; see the [module](self).
 #[derive(Debug)]
@@ -68,6 +68,9 @@ pub enum PrepareError {
     /// The mesh has more triangles than 31-bit indices can hold.
     #[error("{0} triangles are too many, the maximum is 2^31 - 1")]
     TooMany(usize),
+    /// The observer cancelled the preparation.
+    #[error("the preparation was cancelled")]
+    Cancelled,
 }
 
 impl PreparedMesh {
@@ -82,16 +85,39 @@ impl PreparedMesh {
         spec: GridSpec,
         sample_offset: [f32; 3],
     ) -> Result<Self, PrepareError> {
-        Self::within(Limits::SWEEP, mesh, spec, sample_offset)
+        Self::observed(mesh, spec, sample_offset, UNOBSERVED)
     }
 
-    /// Prepares a mesh like [`PreparedMesh::new`], but within the given limits.
+    /// Prepares a mesh like [`PreparedMesh::new`], and calls the observer before each stage, with no
+    /// cell done: the bake has yet to begin.
+    ///
+    /// # Errors
+    ///
+    /// The mesh and the grid exceed the [limits](self#limits), or the observer cancelled.
+    pub fn observed(
+        mesh: &TriangleMesh,
+        spec: GridSpec,
+        sample_offset: [f32; 3],
+        observer: Observer<'_>,
+    ) -> Result<Self, PrepareError> {
+        Self::within(Limits::SWEEP, mesh, spec, sample_offset, observer)
+    }
+
+    /// Prepares a mesh like [`PreparedMesh::observed`], but within the given limits.
     pub(crate) fn within(
         limits: Limits,
         mesh: &TriangleMesh,
         spec: GridSpec,
         sample_offset: [f32; 3],
+        observer: Observer<'_>,
     ) -> Result<Self, PrepareError> {
+        let begin_stage = || {
+            let (done, total) = (0, spec.cell_count());
+            match observer(Progress { done, total }).is_break() {
+                true => Err(PrepareError::Cancelled),
+                false => Ok(()),
+            }
+        };
         let n_triangles = mesh.triangles().len();
         if n_triangles >= 1 << 31 {
             return Err(PrepareError::TooMany(n_triangles));
@@ -100,9 +126,13 @@ impl PreparedMesh {
         let Bounds { min, max, .. } = mesh.bounds();
         // Rounding is monotonic, so the snapped bounds are those of the snapped vertices.
         let bounds = [min, max].map(|corner| lattice.snap(corner));
+        begin_stage()?;
         let snapped = snap_all(&lattice, mesh);
+        begin_stage()?;
         let (vertices, mut triangles, welded) = weld(snapped, mesh.triangles());
+        begin_stage()?;
         let mut edges = find_edges(&triangles, vertices.len());
+        begin_stage()?;
         let repeated = repeated(&triangles, &edges);
         if !repeated.is_empty() {
             triangles = without(&triangles, &repeated);

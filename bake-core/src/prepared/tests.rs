@@ -1,9 +1,12 @@
 //! Tests of prepared meshes.
 
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use super::*;
-use crate::Placement;
 use crate::mesh::{MeshReport, Part};
 use crate::models::Model;
+use crate::{BakeOptions, Placement, Plan, PlanError};
 
 fn prepared(mesh: &TriangleMesh) -> PreparedMesh {
     let spec = Placement::paper().place(&mesh.bounds()).unwrap();
@@ -132,4 +135,30 @@ fn merged_vertices_that_come_apart_are_prepared_anew() {
     let other = Model::Robot.mesh(None).unwrap();
     assert_eq!(prepared.repose(&other, spec, offset), Ok(false));
     assert_eq!(prepared.vertices(), before);
+}
+
+/// Each call of the observer may end the preparation, and the plan does not take that for a reason to
+/// cast rays.
+#[test]
+fn preparation_can_be_cancelled_before_each_stage() {
+    let mesh = Model::Torus.mesh(None).unwrap();
+    let spec = Placement::paper().place(&mesh.bounds()).unwrap();
+    let prepare = |max_calls: usize| {
+        let calls = AtomicUsize::new(0);
+        let observer = |progress: Progress| {
+            assert_eq!((progress.done, progress.total), (0, spec.cell_count()));
+            match calls.fetch_add(1, Ordering::Relaxed) < max_calls {
+                true => ControlFlow::Continue(()),
+                false => ControlFlow::Break(()),
+            }
+        };
+        let plan = Plan::observed(&mesh, spec, &BakeOptions::paper(), None, &observer);
+        (plan.map(|_| ()), calls.into_inner())
+    };
+    let (finished, n_stages) = prepare(usize::MAX);
+    assert_eq!((finished, n_stages), (Ok(()), 4));
+    for max_calls in 0..n_stages {
+        let cancelled = (Err(PlanError::Cancelled), max_calls + 1);
+        assert_eq!(prepare(max_calls), cancelled);
+    }
 }

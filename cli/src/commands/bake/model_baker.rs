@@ -37,15 +37,20 @@ pub(super) struct ModelBaker<'a> {
 impl ModelBaker<'_> {
     /// Returns what baking a job would write and need.
     pub(super) fn dry_run(&self, job: &Job, mesh: &TriangleMesh) -> anyhow::Result<Outcome> {
-        let plan = self.plan(mesh).with_context(|| job.title.clone())?;
+        let report = MeshReport::new(mesh);
+        let plan = self
+            .plan(mesh, &report)
+            .with_context(|| job.title.clone())?;
         self.warn(job, &option_warnings(mesh, &plan.spec, self.options));
-        Ok(Outcome::dry_run(job, &MeshReport::new(mesh), &plan))
+        Ok(Outcome::dry_run(job, &report, &plan))
     }
 
     /// Bakes a job's grid.
     pub(super) fn run(&mut self, job: &Job, mesh: &TriangleMesh) -> anyhow::Result<Baked> {
-        let plan = self.plan(mesh).with_context(|| job.title.clone())?;
         let report = MeshReport::new(mesh);
+        let plan = self
+            .plan(mesh, &report)
+            .with_context(|| job.title.clone())?;
         // Those of the file are told when it is parsed, once for all its parts.
         let of_file = match job.part {
             None => self.loaded.warnings.clone(),
@@ -88,7 +93,7 @@ impl ModelBaker<'_> {
     }
 
     /// Returns the grid's box and what the bake needs; the memory is there.
-    fn plan(&self, mesh: &TriangleMesh) -> anyhow::Result<Plan> {
+    fn plan(&self, mesh: &TriangleMesh, report: &MeshReport) -> anyhow::Result<Plan> {
         let spec = self.placement.place(&mesh.bounds())?;
         let texel_bytes = self.options.encoding.channels() * self.options.format.channel_bytes();
         let algorithm = self.args.shared.algorithm();
@@ -100,7 +105,7 @@ impl ModelBaker<'_> {
         memory::check(memory, self.args.max_memory)?;
         let (lattice, options) = (lattice.as_ref(), self.options);
         let is_checked = self.args.check;
-        let seconds = || estimate::seconds(mesh, &spec, lattice, options, algorithm, is_checked);
+        let seconds = || estimate::seconds(report, &spec, lattice, options, algorithm, is_checked);
         Ok(Plan {
             spec,
             memory,
