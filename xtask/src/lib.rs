@@ -38,17 +38,8 @@ enum Command {
     Reproduce(reproduce::Args),
     Tables(tables::Args),
     ShaderCost(shader_cost::Args),
-    /// Check everything that must hold before a change lands: tables, format, clippy,
-    /// docs, tests
-    #[command(after_help = CI_EXAMPLES)]
-    Ci,
+    Ci(ci::Args),
 }
-
-/// The examples at the end of `ci --help`.
-const CI_EXAMPLES: &str = "\
-Examples:
-  cargo xtask ci
-  AOGRID_GPU=require cargo xtask ci";
 
 /// Returns the command line, with the product's examples as they are called here.
 fn command() -> clap::Command {
@@ -72,7 +63,7 @@ pub fn run() -> ExitCode {
         Command::Reproduce(args) => reproduce::run(&args, &console),
         Command::Tables(args) => tables::run(&args, &console),
         Command::ShaderCost(args) => shader_cost::run(&args, &console),
-        Command::Ci => ci::run(&console),
+        Command::Ci(args) => ci::run(&args, &console),
     };
     aogrid::exit_code(&console, &result)
 }

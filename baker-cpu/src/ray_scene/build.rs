@@ -2,8 +2,12 @@
 
 use aogrid_bake_core::TriangleMesh;
 use glam::Vec3A;
-use obvhs::Boundable;
 use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::leaf_collapser::collapse;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::PlocBuilder;
+use obvhs::{Boundable, BvhBuildParams};
 
 use super::packed_ray::Extent;
 
@@ -98,4 +102,26 @@ pub(super) fn padded_box(corners: &[[f64; 3]; 3], idx: u32, extent: Extent) -> P
     bounds.min -= padding;
     bounds.max += padding;
     PaddedBox(bounds)
+}
+
+/// Returns the tree of the boxes. The library's own function for this reads a clock, which browsers do
+/// not have.
+pub(super) fn binary_tree(boxes: &[PaddedBox]) -> Bvh2 {
+    let params = BvhBuildParams::medium_build();
+    let indices = (0..boxes.len() as u32).collect();
+    let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
+        params.ploc_search_distance,
+        boxes,
+        indices,
+        params.sort_precision,
+        params.search_depth_threshold,
+    );
+    let mut optimizer = ReinsertionOptimizer::default();
+    let ratio = params.reinsertion_batch_ratio;
+    optimizer.run(&mut tree, ratio, None);
+    let max_leaf = params.max_prims_per_leaf;
+    collapse(&mut tree, max_leaf, params.collapse_traversal_cost);
+    let ratio = ratio * params.post_collapse_reinsertion_batch_ratio_multiplier;
+    optimizer.run(&mut tree, ratio, None);
+    tree
 }

@@ -8,13 +8,9 @@ mod packed_ray;
 mod traversal;
 mod tree;
 
-use std::time::Duration;
-
 use aogrid_bake_core::TriangleMesh;
-use obvhs::BvhBuildParams;
-use obvhs::bvh2::builder::build_bvh2;
 
-use build::{distinct_triangles, extent, padded_box, power_of_two_scale};
+use build::{binary_tree, distinct_triangles, extent, padded_box, power_of_two_scale};
 use exhaustive::unit;
 use kernels::Level;
 use packed_ray::Extent;
@@ -83,8 +79,7 @@ impl RayScene {
             .zip(&distinct)
             .map(|(idx, &t)| padded_box(&corners(t), idx, extent))
             .collect();
-        let params = BvhBuildParams::medium_build();
-        let binary = build_bvh2(&boxes, params, &mut Duration::default());
+        let binary = binary_tree(&boxes);
         drop(boxes);
         let order = binary.primitive_indices.iter();
         let indices: Vec<_> = order.map(|&t| distinct[t as usize]).collect();

@@ -146,8 +146,9 @@ impl AogridOccluder {
         let is_moment = facts.encoding == Encoding::Moment;
         let flag = |yes: bool| f32::from(u8::from(yes));
         let world_from_object = validated_transform(instance)?;
-        let center = Vec3::from(spec.center()).as_dvec3();
-        let center = world_from_object.transform_point3(center).as_vec3();
+        let center = world_from_object
+            .transform_point3(box_center(spec))
+            .as_vec3();
         if !center.is_finite() {
             return Err(InstanceError::NotFinite);
         }
@@ -275,10 +276,14 @@ fn validated_transform(instance: &Instance) -> Result<DMat4, InstanceError> {
     Ok(m)
 }
 
+/// Returns the center of the grid's box in object space.
+fn box_center(spec: &GridSpec) -> DVec3 {
+    DVec3::from(spec.origin()) + Vec3::from(spec.center()).as_dvec3()
+}
+
 fn object_from_grid(spec: &GridSpec) -> DMat4 {
-    let center = DVec3::from(spec.origin()) + Vec3::from(spec.center()).as_dvec3();
     let half_extents = Vec3::from(spec.half_extents()).as_dvec3();
-    DMat4::from_translation(center - half_extents) * DMat4::from_scale(2.0 * half_extents)
+    DMat4::from_translation(box_center(spec) - half_extents) * DMat4::from_scale(2.0 * half_extents)
 }
 
 /// The map from a texel's rgb to the axis: the decoding, then the instance's linear part divided by

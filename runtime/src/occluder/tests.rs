@@ -51,6 +51,21 @@ fn invalid_transforms_and_strengths_are_refused() {
     }
 }
 
+/// A model with its origin far from zero is the same as one at zero that is moved there.
+#[test]
+fn the_center_includes_the_origin() {
+    let origin = [64.0, -32.0, 16.0];
+    let near = facts(Encoding::Moment, 0.1);
+    let far = GridFacts {
+        spec: near.spec.with_origin(origin).unwrap(),
+        ..near
+    };
+    let moved = Mat4::from_translation(Vec3::new(64.0, -32.0, 16.0)).to_cols_array_2d();
+    let at_zero = AogridOccluder::of(&near, &Instance::at(moved)).unwrap();
+    let with_origin = AogridOccluder::of(&far, &Instance::at(IDENTITY)).unwrap();
+    assert_eq!(with_origin, at_zero);
+}
+
 #[test]
 fn unorm8_directions_decode_as_the_format_says() {
     use crate::shading::aogrid_axis;

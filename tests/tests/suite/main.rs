@@ -66,3 +66,5 @@ mod tint;
 mod truth;
 /// Ambient occlusion volumes against ray tracing.
 mod volumes;
+/// The npm package for browsers.
+mod web;

@@ -1,5 +1,6 @@
 //! `ci`: everything that must hold before a change lands.
 
+use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
@@ -7,6 +8,26 @@ use anyhow::{Context, bail};
 
 use super::tables;
 use aogrid::console::Console;
+
+/// Check everything that must hold before a change lands: tables, format, clippy, docs, tests
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    /// Then check the integrations that are no part of the workspace: the web package, in Node.js and
+    /// a headless Chromium
+    #[arg(long)]
+    integrations: bool,
+}
+
+/// The examples at the end of `ci --help`.
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask ci
+  AOGRID_GPU=require cargo xtask ci
+  AOGRID_BROWSER=require cargo xtask ci --integrations";
+
+/// The scripts that check the integrations, run by Node.js in the folder that holds each.
+const INTEGRATIONS: [(&str, &str); 1] = [("integrations/web", "ci.mjs")];
 
 /// A call of cargo.
 struct Check {
@@ -60,7 +81,7 @@ const CHECKS: [Check; 6] = [
     },
 ];
 
-pub(crate) fn run(console: &Console) -> anyhow::Result<()> {
+pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let started = Instant::now();
     check(&FORMAT, console)?;
     console.note("== tables: cargo xtask tables --check");
@@ -68,8 +89,30 @@ pub(crate) fn run(console: &Console) -> anyhow::Result<()> {
     for of_cargo in &CHECKS {
         check(of_cargo, console)?;
     }
+    if args.integrations {
+        for (folder, script) in INTEGRATIONS {
+            check_integration(folder, script, console)?;
+        }
+    }
     let seconds = started.elapsed().as_secs();
     console.note(&format!("== all checks passed in {seconds} s"));
+    Ok(())
+}
+
+/// Runs the script that checks an integration.
+fn check_integration(folder: &str, script: &str, console: &Console) -> anyhow::Result<()> {
+    let started = Instant::now();
+    console.note(&format!("== {folder}: node {script}"));
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
+    let status = Command::new("node")
+        .arg(script)
+        .current_dir(root.join(folder))
+        .status()
+        .context("cannot start node: install Node.js 20 or newer")?;
+    if !status.success() {
+        bail!("{folder} failed");
+    }
+    console.note(&format!("== {folder}: {} s", started.elapsed().as_secs()));
     Ok(())
 }
 

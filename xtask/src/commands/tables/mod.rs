@@ -2,6 +2,7 @@
 
 mod files;
 mod heat_map;
+mod web;
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -20,8 +21,8 @@ use aogrid::{interrupt, npy, output};
 
 /// Generate the tables T_clip and T_merge by numeric integration
 ///
-/// The tables are written into the source folder of the tables crate unless an option is given;
-/// commit the result.
+/// The tables are written into the source folder of the tables crate unless an option is given, and
+/// copies of them and of the shading library into that of the npm package; commit the result.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -46,8 +47,9 @@ Examples:
   cargo xtask tables --check --errors
   cargo xtask tables -o tables-for-numpy";
 
-/// The folder of the committed tables in the tables crate.
-const GENERATED_FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tables/src/generated");
+/// The folders of the generated files, of the tables crate and of the npm package.
+const TABLES_FOLDER: &str = "tables/src/generated";
+const WEB_FOLDER: &str = "integrations/web/src/generated";
 
 /// The files that `--out` writes.
 const ANALYSIS_FILES: [&str; 6] = [
@@ -70,9 +72,10 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         }
     }
     let (clip, merge) = generate(console)?;
-    let files = generated_files(&clip, &merge);
+    let tables = generated_files(&clip, &merge);
+    let folders = [(TABLES_FOLDER, tables), (WEB_FOLDER, web::files())];
     if args.check {
-        compare(&files, console)?;
+        compare(&folders, console)?;
     }
     if args.errors {
         print_errors(&error_report(&clip, &merge), console);
@@ -81,13 +84,12 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         write_for_analysis(folder, &clip, &merge, console)?;
     }
     if !args.check && !args.errors && args.out.is_none() {
-        for file in &files {
-            output::write(&Path::new(GENERATED_FOLDER).join(file.name), &file.bytes)?;
+        for (folder, files) in &folders {
+            for file in files {
+                output::write(&path(folder, file), &file.bytes)?;
+            }
+            console.note(&format!("wrote {} files into {folder}", files.len()));
         }
-        console.note(&format!(
-            "wrote {} files into tables/src/generated",
-            files.len()
-        ));
     }
     Ok(())
 }
@@ -95,7 +97,17 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
 /// Checks that the committed tables equal the result of the integration.
 pub(crate) fn check(console: &Console) -> anyhow::Result<()> {
     let (clip, merge) = generate(console)?;
-    compare(&generated_files(&clip, &merge), console)
+    let tables = generated_files(&clip, &merge);
+    compare(
+        &[(TABLES_FOLDER, tables), (WEB_FOLDER, web::files())],
+        console,
+    )
+}
+
+/// The path of a generated file.
+fn path(folder: &str, file: &GeneratedFile) -> PathBuf {
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
+    root.join(folder).join(file.name)
 }
 
 fn generate(console: &Console) -> anyhow::Result<(ClipTable, MergeTable)> {
@@ -130,16 +142,19 @@ fn rows_in_parallel<R: Send>(
     (0..total).into_par_iter().map(one).collect()
 }
 
-fn compare(files: &[GeneratedFile], console: &Console) -> anyhow::Result<()> {
-    for GeneratedFile { name, bytes } in files {
-        let path = Path::new(GENERATED_FOLDER).join(name);
-        let shown = format!("tables/src/generated/{name}");
-        let committed = fs::read(path).with_context(|| shown.clone())?;
-        if committed != *bytes {
-            bail!("{shown} differs from the result of the integration: run `cargo xtask tables`");
+fn compare(folders: &[(&str, Vec<GeneratedFile>)], console: &Console) -> anyhow::Result<()> {
+    let mut count = 0;
+    for (folder, files) in folders {
+        for file in files {
+            let shown = format!("{folder}/{}", file.name);
+            let committed = fs::read(path(folder, file)).with_context(|| shown.clone())?;
+            if committed != file.bytes {
+                bail!("{shown} differs from what is generated: run `cargo xtask tables`");
+            }
+            count += 1;
         }
     }
-    console.note(&format!("{} committed files are up to date", files.len()));
+    console.note(&format!("{count} committed files are up to date"));
     Ok(())
 }
 
