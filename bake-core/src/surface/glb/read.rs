@@ -1,0 +1,33 @@
+//! The values of a surface bake in a GLB file.
+
+use super::{ACCESSIBILITY, BENT_NORMAL};
+use crate::mesh::{GltfError, LoadedMesh, MeshFile};
+use crate::surface::{SurfaceRecord, Weights};
+
+/// Returns the records of all vertices of `loaded`, which was parsed from `file`, in the frame of the
+/// whole, and their weights: the cosine, if the file does not say. `None` unless all primitives have
+/// them.
+///
+/// # Errors
+///
+/// An accessor is malformed.
+pub fn surface_of_glb(
+    file: &MeshFile,
+    loaded: &LoadedMesh,
+) -> Result<Option<(Vec<SurfaceRecord>, Weights)>, GltfError> {
+    let Some(values) = file.own_attributes(loaded, [ACCESSIBILITY, BENT_NORMAL])? else {
+        return Ok(None);
+    };
+    let records = values
+        .into_iter()
+        .map(|(accessibility, bent_normal)| SurfaceRecord {
+            accessibility,
+            bent_normal,
+        });
+    let record = file.asset_extra("aogrid");
+    let name = record
+        .as_ref()
+        .and_then(|record| record.get("weights")?.as_str());
+    let weights = name.and_then(Weights::from_name).unwrap_or(Weights::Cosine);
+    Ok(Some((records.collect(), weights)))
+}
