@@ -2,6 +2,8 @@
 
 /// Every changed or cut file gives a grid or an error.
 mod broken;
+/// The specification in the documents.
+mod document;
 /// Frozen bytes, and what is written is read back.
 mod frozen;
 /// Headers, offsets and lengths of other kinds of files.

@@ -24,6 +24,8 @@ mod far_field;
 mod far_scenes;
 /// Commands and tests resolve the same features.
 mod features;
+/// GLB files with grids, read by other programs' packages.
+mod glb;
 /// The GPU baker against rays and exact answers.
 mod gpu;
 /// Instances shade like the equally transformed mesh, baked again.
@@ -46,12 +48,16 @@ mod node;
 mod parity;
 /// Presets: the frozen papers, the default's shadows.
 mod presets;
+/// The documented reader of grid files, in Python.
+mod python_reader;
 /// Rays by the tree against every triangle, on real meshes.
 mod rays;
 /// Receivers' values from an independent program.
 mod reference;
 /// Scene files, cameras, G-buffers.
 mod scenes;
+/// The shading library in GLSL and HLSL.
+mod shading_languages;
 /// The source files of the workspace.
 mod sources;
 /// Openings of doc comments, names, lengths.

@@ -11,7 +11,7 @@ use aogrid_tests::skip;
 /// The environment variable that makes a missing Node.js a failure.
 const VARIABLE: &str = "AOGRID_NODE";
 
-const FILES: [&str; 3] = ["package.json", "check.mjs", "tint.mjs"];
+const FILES: [&str; 4] = ["package.json", "check.mjs", "glb.mjs", "tint.mjs"];
 
 /// Returns a folder with the scripts of `tests/node` and the packages that they use, or `None` with
 /// a note.

@@ -10,6 +10,8 @@ mod compare;
 mod environment;
 /// Invalid inputs and outputs: one error line each.
 mod errors;
+/// Grids in GLB files and in other programs' formats.
+mod exchange;
 /// Baking on a GPU, and naming one.
 mod gpu;
 /// Kills, interrupts and full disks.

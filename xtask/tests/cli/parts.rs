@@ -15,7 +15,7 @@ const FACES: &str =
     "f -8 -5 -6 -7\nf -4 -3 -2 -1\nf -8 -7 -3 -4\nf -5 -1 -2 -6\nf -8 -4 -1 -5\nf -7 -6 -2 -3\n";
 
 /// Writes a file into a temporary folder.
-fn with_file(name: &str, bytes: &[u8]) -> (TempDir, PathBuf) {
+pub(super) fn with_file(name: &str, bytes: &[u8]) -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
     fs::write(&path, bytes).unwrap();
@@ -23,7 +23,7 @@ fn with_file(name: &str, bytes: &[u8]) -> (TempDir, PathBuf) {
 }
 
 /// Returns a glTF file with the box once as mesh and as these nodes, all in the scene.
-fn gltf(nodes: &Value) -> Vec<u8> {
+pub(super) fn gltf(nodes: &Value) -> Vec<u8> {
     let numbers = |line: &str| -> Vec<f32> {
         let words = line.split_whitespace().skip(1);
         words.map(|word| word.parse().unwrap()).collect()
