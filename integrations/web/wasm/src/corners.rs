@@ -25,7 +25,10 @@ pub fn of(mesh: &TriangleMesh) -> Vec<Corner> {
     let mut faces_at: HashMap<[u32; 3], Vec<u32>> = HashMap::new();
     for (face, corners) in (0..).zip(&faces) {
         for &vertex in *corners {
-            faces_at.entry(key(positions[vertex as usize])).or_default().push(face);
+            faces_at
+                .entry(key(positions[vertex as usize]))
+                .or_default()
+                .push(face);
         }
     }
     let mut all = Vec::with_capacity(3 * faces.len());
@@ -68,7 +71,10 @@ mod tests {
     fn a_box_keeps_its_edges_and_a_sphere_is_smooth() {
         let cube = of(&Model::Box.mesh(None).unwrap());
         for corner in &cube {
-            let largest = corner.normal.iter().fold(0.0_f32, |max, x| max.max(x.abs()));
+            let largest = corner
+                .normal
+                .iter()
+                .fold(0.0_f32, |max, x| max.max(x.abs()));
             assert!(largest > 0.999, "{corner:?}");
         }
         let sphere = of(&Model::Sphere.mesh(None).unwrap());

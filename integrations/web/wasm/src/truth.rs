@@ -190,8 +190,12 @@ fn receiver(
     placed: &[Placed<'_>],
 ) -> Option<Receiver> {
     let on_planes = planes.iter().filter_map(|plane| plane.hit(eye, direction));
-    let on_objects = placed.iter().filter_map(|object| object.hit(eye, direction));
-    let closest = on_planes.chain(on_objects).min_by(|a, b| a.0.total_cmp(&b.0));
+    let on_objects = placed
+        .iter()
+        .filter_map(|object| object.hit(eye, direction));
+    let closest = on_planes
+        .chain(on_objects)
+        .min_by(|a, b| a.0.total_cmp(&b.0));
     closest.map(|(distance, normal)| Receiver {
         position: eye + direction * distance,
         normal,

@@ -18,6 +18,8 @@ async function renderer(isWebGL, size = SIZE) {
   made.setSize(size, size, false);
   made.toneMapping = THREE.NoToneMapping;
   await made.init();
+  // three.js would fall back to WebGL 2 without a word.
+  if ((made.backend.isWebGLBackend === true) !== isWebGL) throw new Error('it is the wrong backend');
   return made;
 }
 
