@@ -5,8 +5,7 @@
 // too: on Debian the packages rustc-web, cargo-web, rust-web-src and lld-19.
 
 import { spawnSync } from 'node:child_process';
-import { copyFileSync, existsSync, mkdirSync, statSync } from 'node:fs';
-import { readFileSync } from 'node:fs';
+import { copyFileSync, existsSync, mkdirSync, readFileSync, statSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { gzipSync } from 'node:zlib';
@@ -54,7 +53,7 @@ function ways() {
 
 function build() {
   for (const { cargo, args, env } of ways()) {
-    const all = ['build', '--release', '--locked', '--lib', '--target', TARGET, ...args];
+    const all = ['build', '--release', '--lib', '--target', TARGET, ...args];
     console.log(`${cargo} ${all.join(' ')}`);
     const result = spawnSync(cargo, all, {
       cwd: folder,

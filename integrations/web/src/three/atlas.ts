@@ -6,6 +6,7 @@ import {
   UnsignedByteType,
 } from 'three/webgpu';
 
+import { toHalf } from '../half.js';
 import type { Grid } from '../grid.js';
 import { pack } from './packing.js';
 
@@ -75,27 +76,11 @@ function copy(
 function halfTexels(grid: Grid): Uint16Array {
   const { texels, format } = grid;
   const view = new DataView(texels.buffer, texels.byteOffset, texels.byteLength);
-  if (format === 'f16') return Uint16Array.from({ length: texels.length / 2 }, (_, idx) => view.getUint16(2 * idx, true));
-  const values = format === 'unorm8'
-    ? Float32Array.from(texels, (byte) => byte / 255)
-    : Float32Array.from({ length: texels.length / 4 }, (_, idx) => view.getFloat32(4 * idx, true));
-  return Uint16Array.from(values, toHalf);
+  const read = {
+    unorm8: (idx: number) => toHalf(texels[idx] / 255),
+    f16: (idx: number) => view.getUint16(2 * idx, true),
+    f32: (idx: number) => toHalf(view.getFloat32(4 * idx, true)),
+  }[format];
+  const [nx, ny, nz] = grid.resolution;
+  return Uint16Array.from({ length: 4 * nx * ny * nz }, (_, idx) => read(idx));
 }
-
-/** Returns the half float next to a number in −1..1. */
-export function toHalf(value: number): number {
-  const magnitude = Math.abs(value);
-  const exponent = Math.max(Math.floor(Math.log2(magnitude)), -14);
-  const step = 2 ** (exponent - 10);
-  // Rounding to even, as the fraction of a half float.
-  const steps = magnitude / step;
-  const floor = Math.floor(steps);
-  const rest = steps - floor;
-  const up = rest > 0.5 || (rest === 0.5 && floor % 2 === 1);
-  const rounded = (floor + (up ? 1 : 0)) * step;
-  const sign = value < 0 ? 0x8000 : 0;
-  if (rounded < 2 ** -14) return sign | Math.round(rounded / 2 ** -24);
-  const found = Math.floor(Math.log2(rounded));
-  return sign | ((found + 15) << 10) | (rounded / 2 ** (found - 10) - 1024);
-}
-

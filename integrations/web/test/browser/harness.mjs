@@ -33,6 +33,8 @@ const TYPES = {
 /** The folders that are served, by the first part of the path. */
 const FOLDERS = {
   package: PACKAGE,
+  // Another version can be tried: its folder is in this variable.
+  three: process.env.AOGRID_THREE ?? join(PACKAGE, 'node_modules', 'three'),
   page: join(PACKAGE, 'dist', 'page'),
   assets: join(ROOT, 'assets'),
 };

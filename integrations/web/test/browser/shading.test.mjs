@@ -120,6 +120,22 @@ test('a transparent pane darkens', { skip: native }, async () => {
   assert.ok(darker > 0.2 * panes, `${darker} of ${panes}`);
 });
 
+test('grids are loaded, and broken ones refused', { skip: native }, async () => {
+  const robot = '/package/test/native/robot.obj.ao.ktx2';
+  assert.deepEqual(await call('scenes', 'load', robot), [32, 32, 32]);
+  assert.equal(await call('scenes', 'load', '/assets/robot.obj'), 'not-ktx2');
+});
+
+test('misuse is explained', { skip: native }, async () => {
+  const golden = join(ROOT, 'grid-format', 'tests', 'golden', 'v1-occlusion-unorm8.ao.ktx2');
+  const occlusion = readFileSync(golden).toString('base64');
+  const messages = await call('scenes', 'misuse', { grid: base64('robot'), occlusion });
+  assert.equal(messages.length, 3);
+  assert.match(messages[0], /capacity 1000 is not in 1\.\.73/);
+  assert.match(messages[1], /encoding `occlusion`, without cones/);
+  assert.match(messages[2], /new AoGridShadows\(\{ capacity: 2 \}\)/);
+});
+
 test('the console is empty', { skip: native }, () => {
   assert.deepEqual(view.messages, []);
 });

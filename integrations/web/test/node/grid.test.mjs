@@ -112,6 +112,7 @@ test('faults have their codes', () => {
   assert.equal(changed((view) => view.setUint32(12, 43, true)), 'not-a-grid');
   assert.equal(changed((view) => view.setUint32(28, 0, true)), 'not-a-grid');
   assert.equal(changed((view) => view.setUint32(48, 108, true)), 'misplaced');
+  assert.equal(changed((view) => view.setUint8(104 + 30, 0x55)), 'not-a-grid');
   assert.equal(changed((view) => view.setUint32(60, 0, true)), 'no-metadata');
   assert.equal(changed((view) => view.setUint32(20, 7, true)), 'box');
   assert.equal(changed((view) => view.setUint32(20, 10, true)), 'level-length');

@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { clipTable, overlapTable, transmittanceTable } from '../../dist/index.js';
-import { halfToNumber } from '../../dist/half.js';
+import { halfToNumber, toHalf } from '../../dist/half.js';
 import { ENVIRONMENT, SHADING, VOLUMES } from '../../dist/wgsl.js';
 
 /** Half the distance of half floats in [1/2, 1], for each of two roundings. */
@@ -52,4 +52,18 @@ test('half floats have their values', () => {
   const values = [[0x3c00, 1], [0xc000, -2], [0x0001, 2 ** -24], [0x7bff, 65504], [0x7c00, Infinity]];
   for (const [bits, value] of values) assert.equal(halfToNumber(bits), value);
   assert.ok(Number.isNaN(halfToNumber(0x7c01)));
+});
+
+test('numbers become the nearest half floats', () => {
+  for (let bits = 0; bits <= 0x3c00; bits++) {
+    const value = halfToNumber(bits);
+    assert.equal(toHalf(value), bits);
+    assert.equal(toHalf(-value) & 0x7fff, bits);
+    if (bits === 0x3c00) break;
+    const next = halfToNumber(bits + 1);
+    const middle = (value + next) / 2;
+    assert.equal(toHalf(middle), bits % 2 === 0 ? bits : bits + 1);
+    assert.equal(toHalf(middle + (next - value) / 64), bits + 1);
+    assert.equal(toHalf(middle - (next - value) / 64), bits);
+  }
 });

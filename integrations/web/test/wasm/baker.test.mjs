@@ -67,13 +67,3 @@ test('a call that traps says so', async () => {
   const baker = await Baker.start(module);
   assert.throws(() => baker.bake(7, {}), /the baker stopped: .*index out of bounds/s);
 });
-
-test('corners are unit normals on the mesh', async () => {
-  const baker = await Baker.start(module);
-  const corners = baker.corners(baker.load('robot.obj', robot));
-  assert.equal(corners.length % 18, 0);
-  for (let at = 0; at < corners.length; at += 6) {
-    const length = Math.hypot(corners[at + 3], corners[at + 4], corners[at + 5]);
-    assert.ok(Math.abs(length - 1) < 1e-5);
-  }
-});

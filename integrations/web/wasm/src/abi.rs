@@ -74,8 +74,8 @@ pub unsafe extern "C" fn aogrid_load(
 ) -> i32 {
     let bytes = unsafe { taken(bytes, length) };
     let name = unsafe { taken(name, name_length) };
-    STATE.with_borrow_mut(|state| {
-        match Model::load(&String::from_utf8_lossy(&name), bytes) {
+    STATE.with_borrow_mut(
+        |state| match Model::load(&String::from_utf8_lossy(&name), bytes) {
             Ok(model) => {
                 state.models.push(model);
                 state.models.len() as i32 - 1
@@ -84,8 +84,8 @@ pub unsafe extern "C" fn aogrid_load(
                 state.output = message.into_bytes();
                 -1
             }
-        }
-    })
+        },
+    )
 }
 
 /// Makes the corners of a model the output: three a triangle, each with a position relative to the
@@ -113,11 +113,13 @@ pub extern "C" fn aogrid_bake(
         preset: Preset::ALL[preset.min(Preset::ALL.len() - 1)],
         resolution: (resolution != 0).then_some([resolution; 3]),
         epsilon: (epsilon != 0.0).then_some(epsilon),
-        encoding: usize::try_from(encoding).ok().map(|idx| Encoding::ALL[idx.min(2)]),
+        encoding: usize::try_from(encoding)
+            .ok()
+            .map(|idx| Encoding::ALL[idx.min(2)]),
         format: TexelFormat::Unorm8,
     };
-    STATE.with_borrow_mut(|state| {
-        match bake::bake(&state.models[model], &settings, &report) {
+    STATE.with_borrow_mut(
+        |state| match bake::bake(&state.models[model], &settings, &report) {
             Ok((bytes, notes)) => {
                 state.output = bytes;
                 state.notes = notes.join("\n").into_bytes();
@@ -127,8 +129,8 @@ pub extern "C" fn aogrid_bake(
                 state.output = message.into_bytes();
                 -1
             }
-        }
-    })
+        },
+    )
 }
 
 /// Makes the notes of the last bake the output, a line each.
@@ -180,7 +182,9 @@ pub unsafe extern "C" fn aogrid_truth(numbers: *mut u8, count: usize) {
 #[unsafe(no_mangle)]
 pub extern "C" fn aogrid_trace(passes: u32) {
     STATE.with_borrow_mut(|state| {
-        let Some(truth) = &mut state.truth else { return };
+        let Some(truth) = &mut state.truth else {
+            return;
+        };
         for _ in 0..passes {
             truth.trace(&state.models);
         }

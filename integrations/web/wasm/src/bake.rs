@@ -64,9 +64,8 @@ pub fn bake(
             baker.prepare(mesh, spec, options)?.bake(&report)
         },
     );
-    let grid = grid.map_err(|error: BakeError| {
-        format!("{}: {}", model.loaded.name, with_sources(&error))
-    })?;
+    let grid = grid
+        .map_err(|error: BakeError| format!("{}: {}", model.loaded.name, with_sources(&error)))?;
     progress(1.0);
     let mut notes = model.loaded.warnings.clone();
     notes.extend(mesh_warnings(mesh, grid.spec(), model.loaded.rounding));

@@ -25,7 +25,10 @@ pub fn of(mesh: &TriangleMesh) -> Vec<Corner> {
     let mut faces_at: HashMap<[u32; 3], Vec<u32>> = HashMap::new();
     for (face, corners) in (0..).zip(&faces) {
         for &vertex in *corners {
-            faces_at.entry(key(positions[vertex as usize])).or_default().push(face);
+            faces_at
+                .entry(key(positions[vertex as usize]))
+                .or_default()
+                .push(face);
         }
     }
     let mut all = Vec::with_capacity(3 * faces.len());
@@ -56,28 +59,4 @@ fn area_normal([a, b, c]: [[f32; 3]; 3]) -> Vec3 {
 /// Returns what is equal for equal positions; both zeros are.
 fn key(position: [f32; 3]) -> [u32; 3] {
     position.map(|x| (x + 0.0).to_bits())
-}
-
-#[cfg(test)]
-mod tests {
-    use aogrid_bake_core::models::Model;
-
-    use super::*;
-
-    #[test]
-    fn a_box_keeps_its_edges_and_a_sphere_is_smooth() {
-        let cube = of(&Model::Box.mesh(None).unwrap());
-        for corner in &cube {
-            let largest = corner.normal.iter().fold(0.0_f32, |max, x| max.max(x.abs()));
-            assert!(largest > 0.999, "{corner:?}");
-        }
-        let sphere = of(&Model::Sphere.mesh(None).unwrap());
-        let mut worst = 1.0_f32;
-        for corner in &sphere {
-            let radial = Vec3::from(corner.position).normalize();
-            worst = worst.min(radial.dot(Vec3::from(corner.normal)));
-        }
-        // The faces around a vertex of a sphere lie about it evenly, but not exactly so.
-        assert!(worst > 0.99, "{worst}");
-    }
 }

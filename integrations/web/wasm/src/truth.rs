@@ -190,8 +190,12 @@ fn receiver(
     placed: &[Placed<'_>],
 ) -> Option<Receiver> {
     let on_planes = planes.iter().filter_map(|plane| plane.hit(eye, direction));
-    let on_objects = placed.iter().filter_map(|object| object.hit(eye, direction));
-    let closest = on_planes.chain(on_objects).min_by(|a, b| a.0.total_cmp(&b.0));
+    let on_objects = placed
+        .iter()
+        .filter_map(|object| object.hit(eye, direction));
+    let closest = on_planes
+        .chain(on_objects)
+        .min_by(|a, b| a.0.total_cmp(&b.0));
     closest.map(|(distance, normal)| Receiver {
         position: eye + direction * distance,
         normal,
@@ -219,52 +223,4 @@ fn cosine_direction(normal: DVec3, [u, v]: [f64; 2]) -> DVec3 {
     let (tangent, bitangent) = normal.any_orthonormal_pair();
     let radius = u.sqrt();
     tangent * (radius * cos) + bitangent * (radius * sin) + normal * (1.0 - u).sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use aogrid_bake_core::models;
-
-    use super::*;
-
-    /// A small sphere of radius r, its center at distance d above a floor point, occludes (r/d)² of the
-    /// floor's light there.
-    #[test]
-    fn a_sphere_above_a_floor_has_the_exact_occlusion() {
-        let sphere = models::Model::Sphere.mesh(Some(5000)).unwrap();
-        let radius = f64::from(sphere.bounds().half_extents()[1]);
-        let obj = models::to_obj(&sphere).into_bytes();
-        let mut model = Model::load("sphere.obj", obj).unwrap();
-        model.prepare_rays();
-        let models = [model];
-        let above = 2.0 * radius;
-        let instance = Instance {
-            model: 0,
-            world_from_object: DMat4::from_translation(DVec3::new(0.0, above, 0.0)),
-        };
-        let floor = Plane {
-            center: DVec3::ZERO,
-            half_edges: [DVec3::Z * 50.0, DVec3::X * 50.0],
-        };
-        // The view is from the side onto the floor below the sphere, and so narrow that all pixels see
-        // about the same point.
-        let eye = DVec3::new(10.0 * radius, radius * 0.1, 0.0);
-        let view = glam::DMat4::look_at_rh(eye, DVec3::ZERO, DVec3::Y);
-        let projection = glam::DMat4::perspective_rh(1e-4, 1.0, 0.1, 100.0);
-        let view = View {
-            size: [16, 16],
-            eye,
-            world_from_clip: (projection * view).inverse(),
-        };
-        let mut truth = Truth::new(&view, &[floor], &[instance], &models);
-        assert!(truth.transmittance().iter().all(|&t| t == 1.0));
-        for _ in 0..64 {
-            truth.trace(&models);
-        }
-        let all = truth.transmittance();
-        let mean = all.iter().map(|&t| f64::from(t)).sum::<f64>() / all.len() as f64;
-        // 16,384 rays of a low-discrepancy sequence err by less than independent ones, 3 standard
-        // deviations of which are 0.0101.
-        assert!((mean - 0.75).abs() < 0.0101, "{mean}");
-    }
 }

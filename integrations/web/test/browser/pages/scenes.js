@@ -3,7 +3,7 @@
 import * as THREE from 'three/webgpu';
 import { float, vec3, vec4 } from 'three/tsl';
 import { parseGrid } from 'aogrid';
-import { AoGridShadows, aogrid } from 'aogrid/three';
+import { AoGridLoader, AoGridShadows, aogrid } from 'aogrid/three';
 
 const SIZE = 128;
 
@@ -18,6 +18,8 @@ async function renderer(isWebGL, size = SIZE) {
   made.setSize(size, size, false);
   made.toneMapping = THREE.NoToneMapping;
   await made.init();
+  // three.js would fall back to WebGL 2 without a word.
+  if ((made.backend.isWebGLBackend === true) !== isWebGL) throw new Error('it is the wrong backend');
   return made;
 }
 
@@ -126,4 +128,35 @@ export async function picture(url) {
   context.drawImage(image, 0, 0);
   const { data } = context.getImageData(0, 0, image.width, image.height);
   return Array.from({ length: data.length / 4 }, (_, idx) => data[4 * idx]);
+}
+
+/** Returns the resolution of a grid that the loader loads, or the code of its error. */
+export async function load(url) {
+  try {
+    return (await new AoGridLoader().loadAsync(url)).resolution;
+  } catch (error) {
+    return error.code ?? error.message;
+  }
+}
+
+/** Returns the messages of misuse of `AoGridShadows`, and whether it draws after changes. */
+export async function misuse({ grid, occlusion }) {
+  const messages = [];
+  const attempt = (run) => {
+    try {
+      run();
+    } catch (error) {
+      messages.push(error.message);
+    }
+  };
+  const shadows = new AoGridShadows({ capacity: 1 });
+  const [first, second] = [new THREE.Group(), new THREE.Group()];
+  const parsed = gridOf(grid);
+  attempt(() => new AoGridShadows({ capacity: 1000 }));
+  attempt(() => shadows.add(gridOf(occlusion), first));
+  attempt(() => shadows.add(parsed, first));
+  attempt(() => shadows.add(parsed, first, { strength: 0.5 }));
+  attempt(() => shadows.add(parsed, second));
+  attempt(() => shadows.remove(first).remove(first).add(parsed, second));
+  return messages;
 }
