@@ -83,8 +83,8 @@ impl EdgeStatistics {
             .zip(triangles)
             // A triangle with two coincident corners is a line, which bounds nothing.
             .filter(|(_, [a, b, c])| a != b && b != c && c != a)
-            .flat_map(|(idx, &[a, b, c])| [[a, b], [b, c], [c, a]].map(|edge| (edge, idx)))
-            .map(|([a, b], idx)| ([a.min(b), a.max(b)], idx, a > b))
+            .flat_map(|(idx, &[a, b, c])| [(a, b, c), (b, c, a), (c, a, b)].map(|e| (e, idx)))
+            .map(|((a, b, opposite), idx)| ([a.min(b), a.max(b)], opposite, idx, a > b))
             .collect();
         half_edges.sort_unstable();
         let position = |vertex: u32| mesh.positions()[vertex as usize].map(f64::from);
@@ -94,21 +94,18 @@ impl EdgeStatistics {
         };
         let mut statistics = Self::default();
         for same in half_edges.chunk_by(|a, b| a.0 == b.0) {
-            let share = match same {
-                // Always a silhouette.
-                [_] => {
-                    statistics.boundary += 1;
-                    1.0
-                }
-                [(_, one, one_way), (_, other, other_way)] => {
-                    let angle = angle(normal(*one), normal(*other));
+            statistics.boundary += usize::from(same.len() == 1);
+            statistics.non_manifold += usize::from(same.len() > 2);
+            // Triangles that are repeated are swept once.
+            let mut different = same.chunk_by(|a, b| a.1 == b.1).map(|equal| equal[0]);
+            let share = match (different.next(), different.next(), different.next()) {
+                (Some((_, _, one, one_way)), Some((_, _, other, other_way)), None) => {
+                    let angle = angle(normal(one), normal(other));
                     let is_consistent = one_way != other_way;
                     silhouette_share((if is_consistent { angle } else { PI - angle }) / PI)
                 }
-                _ => {
-                    statistics.non_manifold += 1;
-                    1.0
-                }
+                // Of one triangle it is always a silhouette, of several nearly always.
+                _ => 1.0,
             };
             let [a, b] = same[0].0.map(position);
             let squares: f64 = (0..3).map(|x| (b[x] - a[x]).powi(2)).sum();
@@ -205,5 +202,7 @@ mod tests {
         let points = [[0.0; 3], [1.0, 1.0, 1.0], [2.0, 2.0, 2.0], [0.0, 1.0, 0.0]];
         let mesh = report(&points, &[[0, 1, 2], [0, 1, 1], [0, 1, 3], [3, 0, 1]]);
         assert_eq!((mesh.degenerate, mesh.duplicate), (2, 1));
+        let once = report(&points, &[[0, 1, 2], [0, 1, 1], [0, 1, 3]]);
+        assert_eq!(mesh.silhouette_length, once.silhouette_length);
     }
 }

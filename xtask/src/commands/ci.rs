@@ -1,7 +1,7 @@
 //! `ci`: everything that must hold before a change lands.
 
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use anyhow::{Context, bail};
@@ -81,6 +81,18 @@ const CHECKS: [Check; 6] = [
     },
 ];
 
+/// A processor without the SIMD levels of x86-64: what bakes has to compile for it. Other tests would
+/// need an emulator.
+const OTHER_PROCESSOR: Check = Check {
+    name: "aarch64",
+    args: "check --locked --target aarch64-unknown-linux-gnu -p aogrid-baker-cpu",
+    rustdoc: "",
+};
+
+/// The target of [`OTHER_PROCESSOR`], and the compiler of its dependencies in C.
+const OTHER_TARGET: &str = "aarch64-unknown-linux-gnu";
+const OTHER_COMPILER: &str = "aarch64-linux-gnu-gcc";
+
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let started = Instant::now();
     check(&FORMAT, console)?;
@@ -88,6 +100,10 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     tables::check(console)?;
     for of_cargo in &CHECKS {
         check(of_cargo, console)?;
+    }
+    match missing_for_other_processor() {
+        None => check(&OTHER_PROCESSOR, console)?,
+        Some(missing) => console.note(&format!("== aarch64: skipped, for lack of {missing}")),
     }
     if args.integrations {
         for (folder, script) in INTEGRATIONS {
@@ -114,6 +130,25 @@ fn check_integration(folder: &str, script: &str, console: &Console) -> anyhow::R
     }
     console.note(&format!("== {folder}: {} s", started.elapsed().as_secs()));
     Ok(())
+}
+
+/// Returns what [`OTHER_PROCESSOR`] needs and this machine has not.
+fn missing_for_other_processor() -> Option<String> {
+    let mut rustc = Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()));
+    let printed = rustc.args(["--print", "target-libdir", "--target", OTHER_TARGET]);
+    let folder = printed
+        .output()
+        .map_or_else(|_| vec![], |output| output.stdout);
+    if !Path::new(String::from_utf8_lossy(&folder).trim()).is_dir() {
+        return Some(format!(
+            "the standard library: rustup target add {OTHER_TARGET}"
+        ));
+    }
+    let mut compiler = Command::new(OTHER_COMPILER);
+    let started = compiler.arg("--version").stdout(Stdio::null()).status();
+    started
+        .is_err()
+        .then(|| format!("the C compiler {OTHER_COMPILER}"))
 }
 
 fn check(check: &Check, console: &Console) -> anyhow::Result<()> {
