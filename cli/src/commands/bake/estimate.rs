@@ -132,7 +132,7 @@ mod tests {
     use aogrid_bake_core::models::Model;
     use aogrid_bake_core::{Placement, Preset, near_surface_lattice};
 
-    /// Returns the estimate for a model by a preset.
+    /// Returns the estimate for a model by a preset, on one thread.
     fn estimate(
         model: Model,
         (preset, n, face): (Preset, u32, u32),
@@ -152,7 +152,10 @@ mod tests {
         let lattice = near_surface_lattice(&spec, &mesh).unwrap();
         let lattice = options.fit.then_some(&lattice);
         let report = MeshReport::new(&mesh);
-        seconds(&report, &spec, lattice, &options, requested, is_checked)
+        let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+        one_thread
+            .unwrap()
+            .install(|| seconds(&report, &spec, lattice, &options, requested, is_checked))
     }
 
     /// More of anything takes longer, rays longer than the sweep; a usual bake takes less than a second
