@@ -26,7 +26,7 @@ fn grids_that_are_attached_are_detached_as_they_were() {
         "bake {} -o {} --parts --resolution 8 --face-size 8",
         &[&model, &parts],
     );
-    let grids = ["Base", "Wide"].map(|name| parts.join(format!("{name}.ao.ktx2")));
+    let grids = ["Base", "Wide"].map(|name| parts.join(format!("robot.{name}.ao.ktx2")));
     ok(
         "attach {} {} {} -o {}",
         &[&model, &grids[0], &grids[1], &out],
@@ -38,7 +38,7 @@ fn grids_that_are_attached_are_detached_as_they_were() {
         lines.contains("Arm: ") && lines.contains("Wide.ao.ktx2"),
         "{lines}"
     );
-    assert_eq!(sorted(&again), ["Base.ao.ktx2", "Wide.ao.ktx2"]);
+    assert_eq!(sorted(&again), ["robot.Base.ao.ktx2", "robot.Wide.ao.ktx2"]);
     for grid in &grids {
         let same = again.join(grid.file_name().unwrap());
         assert_eq!(fs::read(grid).unwrap(), fs::read(same).unwrap());
