@@ -174,4 +174,29 @@ float aogrid_volume_occlusion(AogridVolume volume, vec3 a, vec3 b, vec3 c, vec3 
     return (_e2 * _e4);
 }
 
+// The weight of the occlusion at a neighbor q with unit normal m for a receiver p with unit normal n,
+// 0..1: 0 for a neighbor that is `tolerance` off the receiver's plane or faces away.
+float aogrid_upsample_weight(vec3 p, vec3 n, vec3 q, vec3 m, float tolerance) {
+    float away = abs(dot((q - p), n));
+    float alike = clamp(dot(n, m), 0.0, 1.0);
+    float squared = (alike * alike);
+    float weight = (((1.0 - (away / tolerance)) * squared) * squared);
+    return ((away < tolerance) ? weight : 0.0);
+}
+
+// The occlusion between four neighbors, from their bilinear shares and weights: that of the nearest
+// one if none has a weight.
+float aogrid_upsampled(vec4 values, vec4 shares, vec4 weights) {
+    vec4 all_ = (shares * weights);
+    float sum = (((all_.x + all_.y) + all_.z) + all_.w);
+    if ((sum > 1e-6)) {
+        vec4 weighted = (all_ * values);
+        return ((((weighted.x + weighted.y) + weighted.z) + weighted.w) / sum);
+    }
+    float largest = max(max(shares.x, shares.y), max(shares.z, shares.w));
+    float of_last_two = ((shares.z == largest) ? values.z : values.w);
+    float of_last_three = ((shares.y == largest) ? values.y : of_last_two);
+    return ((shares.x == largest) ? values.x : of_last_three);
+}
+
 #endif

@@ -207,4 +207,31 @@ float aogrid_volume_occlusion(AogridVolume volume, float3 a, float3 b, float3 c,
     return (_e2 * _e4);
 }
 
+// The weight of the occlusion at a neighbor q with unit normal m for a receiver p with unit normal n,
+// 0..1: 0 for a neighbor that is `tolerance` off the receiver's plane or faces away.
+float aogrid_upsample_weight(float3 p, float3 n, float3 q, float3 m, float tolerance)
+{
+    float away = abs(dot((q - p), n));
+    float alike = saturate(dot(n, m));
+    float squared = (alike * alike);
+    float weight = (((1.0 - (away / tolerance)) * squared) * squared);
+    return ((away < tolerance) ? weight : 0.0);
+}
+
+// The occlusion between four neighbors, from their bilinear shares and weights: that of the nearest
+// one if none has a weight.
+float aogrid_upsampled(float4 values, float4 shares, float4 weights)
+{
+    float4 all_ = (shares * weights);
+    float sum = (((all_.x + all_.y) + all_.z) + all_.w);
+    if ((sum > 1e-6)) {
+        float4 weighted = (all_ * values);
+        return ((((weighted.x + weighted.y) + weighted.z) + weighted.w) / sum);
+    }
+    float largest = max(max(shares.x, shares.y), max(shares.z, shares.w));
+    float of_last_two = ((shares.z == largest) ? values.z : values.w);
+    float of_last_three = ((shares.y == largest) ? values.y : of_last_two);
+    return ((shares.x == largest) ? values.x : of_last_three);
+}
+
 #endif

@@ -39,7 +39,7 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Examples:
   aogrid attach robot.glb robot.ao.ktx2 -o robot-ao.glb
-  aogrid attach robot.glb parts/arm.ao.ktx2 parts/base.ao.ktx2 -o robot-ao.glb
+  aogrid attach robot.glb parts/robot.arm.ao.ktx2 parts/robot.base.ao.ktx2 -o robot-ao.glb
   aogrid attach robot.glb Hand=hand.ao.ktx2 -o robot-ao.glb";
 
 /// The maximum number of parts that an error names.

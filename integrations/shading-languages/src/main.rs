@@ -30,23 +30,34 @@ const SHADING: [&str; 3] = ["constants.wgsl", "lookup.wgsl", "shading.wgsl"];
 /// A library: the name of its files, its WGSL files, and what it is.
 struct Library {
     name: &'static str,
+    /// The WGSL files that it needs besides those of shading.
+    behind: &'static [&'static str],
     sources: &'static [&'static str],
     summary: &'static str,
 }
 
-const LIBRARIES: [Library; 3] = [
+const LIBRARIES: [Library; 4] = [
     Library {
         name: "aogrid",
+        behind: &[],
         sources: &[],
         summary: "shading with baked ambient-occlusion grids",
     },
     Library {
         name: "aogrid_environment",
+        behind: &[],
         sources: &["environment.wgsl"],
         summary: "light from an environment; include it behind `aogrid`",
     },
     Library {
+        name: "aogrid_surface",
+        behind: &["environment.wgsl"],
+        sources: &["surface.wgsl"],
+        summary: "environment light on baked surfaces; include it behind `aogrid_environment`",
+    },
+    Library {
         name: "aogrid_volumes",
+        behind: &[],
         sources: &["volumes.wgsl"],
         summary: "ambient-occlusion volumes; include it behind `aogrid`",
     },
@@ -101,7 +112,7 @@ fn run(is_check: bool) -> Result<String, String> {
 
 /// Returns a library in a language.
 fn generate(library: &Library, language: Language) -> Result<String, String> {
-    let shading = sources(&SHADING)?;
+    let shading = sources(&SHADING)? + &sources(library.behind)?;
     let all = shading.clone() + &sources(library.sources)?;
     let docs = Docs::of(&all);
     let mut blocks = text::blocks(&language.translate(&all)?);

@@ -2,6 +2,7 @@
 //! as `interchange.rs` does.
 
 use std::fs;
+use std::path::Path;
 use std::process::Command;
 
 use aogrid_bake_core::glb::{EXTENSION, Nodes, Occluder, attach, attached};
@@ -54,9 +55,8 @@ fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-#[test]
-fn other_programs_read_models_with_grids() {
-    let Some(node) = node() else { return };
+/// Returns grids of two parts, and the model with them.
+fn attached_grids() -> ([Occluder; 2], Vec<u8>) {
     let bytes = glb();
     let nothing = &|_: &str| unreachable!("it names no files");
     let loaded = LoadedMesh::from_bytes("a.glb", bytes.clone(), nothing).unwrap();
@@ -77,8 +77,13 @@ fn other_programs_read_models_with_grids() {
         nodes: nodes.of_part(name).unwrap(),
     });
     let out = attach(&bytes, &nodes, &occluders).unwrap();
+    (occluders, out)
+}
+
+/// Returns what other programs find in a GLB file.
+fn found(node: &Path, glb: &[u8]) -> Value {
     let path = node.join("grids.glb");
-    fs::write(&path, &out).unwrap();
+    fs::write(&path, glb).unwrap();
 
     let read = Command::new("node")
         .arg("glb.mjs")
@@ -91,7 +96,19 @@ fn other_programs_read_models_with_grids() {
         "{}",
         String::from_utf8_lossy(&read.stderr)
     );
-    let found: Value = serde_json::from_slice(&read.stdout).unwrap();
+    serde_json::from_slice(&read.stdout).unwrap()
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    let numbers = value.as_array().unwrap().iter();
+    numbers.map(|v| v.as_f64().unwrap()).collect()
+}
+
+#[test]
+fn other_programs_read_models_with_grids() {
+    let Some(node) = node() else { return };
+    let (occluders, out) = attached_grids();
+    let found = found(node, &out);
     // What the validator says of any extension that it does not know, and of what only that uses.
     assert_eq!(
         found["codes"],
@@ -106,14 +123,6 @@ fn other_programs_read_models_with_grids() {
     let half = json!([
         0.5, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0
     ]);
-    let numbers = |value: &Value| -> Vec<f64> {
-        value
-            .as_array()
-            .unwrap()
-            .iter()
-            .map(|v| v.as_f64().unwrap())
-            .collect()
-    };
     assert_eq!(
         (&found["grids"]["0"]["hex"], &found["grids"]["1"]["hex"]),
         (&json!(base), &json!(base))

@@ -12,9 +12,10 @@ use aogrid_tests::skip;
 use glam::{DMat3, DMat4, DVec3};
 
 /// The libraries, and the names of their files.
-const LIBRARIES: [(&str, &str); 3] = [
+const LIBRARIES: [(&str, &str); 4] = [
     ("aogrid", wgsl::SHADING),
     ("aogrid_environment", wgsl::ENVIRONMENT),
+    ("aogrid_surface", wgsl::SURFACE),
     ("aogrid_volumes", wgsl::VOLUMES),
 ];
 

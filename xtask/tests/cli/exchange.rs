@@ -1,7 +1,8 @@
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
+use tempfile::TempDir;
 
 use super::parts::{gltf, with_file};
 use super::{fails, ok, run, with_sample};
@@ -13,24 +14,28 @@ fn sorted(folder: &Path) -> Vec<std::ffi::OsString> {
     names
 }
 
-#[test]
-fn grids_that_are_attached_are_detached_as_they_were() {
+/// Bakes the parts of a model of three nodes, two of which share a mesh; returns its folder, its path and
+/// the grids.
+fn robot() -> (TempDir, PathBuf, [PathBuf; 2]) {
     let nodes = json!([
         {"name": "Base", "mesh": 0}, {"name": "Arm", "mesh": 0, "translation": [3, 0, 0]},
         {"name": "Wide", "mesh": 0, "scale": [2, 1, 1]}
     ]);
     let (folder, model) = with_file("robot.glb", &gltf(&nodes));
+    let parts = folder.path().join("parts");
+    let line = "bake {} -o {} --parts --resolution 8 --face-size 8";
+    ok(line, &[&model, &parts]);
+    let grids = ["Base", "Wide"].map(|name| parts.join(format!("robot.{name}.ao.ktx2")));
+    (folder, model, grids)
+}
+
+#[test]
+fn grids_that_are_attached_are_detached_as_they_were() {
+    let (folder, model, grids) = robot();
     let at = |name: &str| folder.path().join(name);
-    let (parts, out) = (at("parts"), at("robot-ao.glb"));
-    ok(
-        "bake {} -o {} --parts --resolution 8 --face-size 8",
-        &[&model, &parts],
-    );
-    let grids = ["Base", "Wide"].map(|name| parts.join(format!("{name}.ao.ktx2")));
-    ok(
-        "attach {} {} {} -o {}",
-        &[&model, &grids[0], &grids[1], &out],
-    );
+    let out = at("robot-ao.glb");
+    let line = "attach {} {} {} -o {}";
+    ok(line, &[&model, &grids[0], &grids[1], &out]);
     let again = at("again");
     let lines = ok("detach {} -o {}", &[&out, &again]);
     assert_eq!(lines.lines().count(), 3, "{lines}");
@@ -38,7 +43,7 @@ fn grids_that_are_attached_are_detached_as_they_were() {
         lines.contains("Arm: ") && lines.contains("Wide.ao.ktx2"),
         "{lines}"
     );
-    assert_eq!(sorted(&again), ["Base.ao.ktx2", "Wide.ao.ktx2"]);
+    assert_eq!(sorted(&again), ["robot.Base.ao.ktx2", "robot.Wide.ao.ktx2"]);
     for grid in &grids {
         let same = again.join(grid.file_name().unwrap());
         assert_eq!(fs::read(grid).unwrap(), fs::read(same).unwrap());
@@ -50,8 +55,14 @@ fn grids_that_are_attached_are_detached_as_they_were() {
     );
     assert!(fails("detach {} -o {}", &[&out, &again]).contains("--force"));
     ok("detach {} -o {} --force", &[&out, &again]);
+}
 
-    // A name that the user gives; a grid of the whole; an older grid.
+/// A name that the user gives; a grid of the whole; a model that has changed.
+#[test]
+fn grids_find_their_nodes() {
+    let (folder, model, grids) = robot();
+    let at = |name: &str| folder.path().join(name);
+    let (out, again) = (at("robot-ao.glb"), at("again"));
     let arm = format!("Arm={}", grids[1].display());
     ok(
         "attach {} {} -o {} --force",
