@@ -92,7 +92,8 @@ export class Baker {
       aogrid: {
         progress: (share: number) => state.onProgress?.(share),
         panicked: (at: number, length: number) => {
-          state.panic = new TextDecoder().decode(new Uint8Array(memory!.buffer, at, length));
+          const text = new TextDecoder().decode(new Uint8Array(memory!.buffer, at, length));
+          state.panic = text.replace(/\s*\n\s*/g, ' ');
         },
       },
     });

@@ -7,14 +7,17 @@ import { basename, join } from 'node:path';
 
 import { MODELS, NATIVE, ROOT, SCENE, SHARED } from './files.mjs';
 
-/** Runs cargo in the workspace and ends if it fails. */
-function cargo(...args) {
-  const result = spawnSync('cargo', args, { cwd: ROOT, stdio: 'inherit' });
+/** Runs a command in the workspace and ends if it fails. */
+function run(command, ...args) {
+  const result = spawnSync(command, args, { cwd: ROOT, stdio: 'inherit' });
   if (result.status !== 0) {
-    console.error(`cargo ${args.join(' ')} failed`);
+    console.error(`${command} ${args.join(' ')} failed`);
     process.exit(1);
   }
 }
+
+const cargo = (...args) => run('cargo', ...args);
+const xtask = (...args) => cargo('run', '-q', '-p', 'xtask', '--', ...args, '--quiet');
 
 mkdirSync(NATIVE, { recursive: true });
 for (const model of MODELS) {
@@ -23,13 +26,14 @@ for (const model of MODELS) {
     continue;
   }
   const out = join(NATIVE, `${basename(model)}.ao.ktx2`);
-  cargo('run', '-q', '-p', 'aogrid', '--', 'bake', model, '-o', out, '--backend', 'cpu', '--force');
+  xtask('bake', model, '-o', out, '--backend', 'cpu', '--force');
 }
 const robot = join(NATIVE, 'robot.obj.ao.ktx2');
-const receivers = ['run', '-q', '-p', 'aogrid-runtime', '--example', 'receivers', '--'];
-cargo(...receivers, robot, join(NATIVE, 'receivers.f32'));
+// As all tests are built, so that nothing is compiled twice.
+cargo('build', '-q', '--workspace', '--example', 'receivers');
+run(join(ROOT, 'target', 'debug', 'examples', 'receivers'), robot, join(NATIVE, 'receivers.f32'));
 for (const mode of ['cone', 'merge']) {
   const picture = join(NATIVE, `${mode}.png`);
-  cargo('run', '-q', '-p', 'aogrid', '--', 'render', SCENE, '--mode', mode, '-o', picture, '--force');
+  xtask('render', SCENE, '--mode', mode, '-o', picture, '--force');
 }
 console.log(`test/native is up to date${existsSync(SHARED) ? '' : ', without the shared models'}`);

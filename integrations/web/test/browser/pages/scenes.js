@@ -88,7 +88,7 @@ export async function render({ grid, isWebGL, light, combine, count = 1, pane = 
 }
 
 /** Renders 1 - AO of the scene `scene.toml`, by `aogrid` for each object or by `AoGridShadows`. */
-export async function renderScene({ robot, table, corners, isWebGL, how }) {
+export async function renderScene({ robot, table, corners, isWebGL, how, background }) {
   const made = await renderer(isWebGL, 256);
   const scene = new THREE.Scene();
   const places = [
@@ -99,9 +99,10 @@ export async function renderScene({ robot, table, corners, isWebGL, how }) {
   const material = new THREE.MeshBasicNodeMaterial({ side: THREE.DoubleSide });
   let product = float(1);
   for (const { grid, corners: floats, position, degrees } of places) {
-    const buffer = new THREE.InterleavedBuffer(new Float32Array(floats), 6);
     const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute('position', new THREE.InterleavedBufferAttribute(buffer, 3, 0).clone());
+    const positions = Float32Array.from({ length: floats.length / 2 }, (_, idx) => floats[6 * Math.floor(idx / 3) + (idx % 3)]);
+    geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
+    // Without an index, each triangle has its own normal.
     geometry.computeVertexNormals();
     const mesh = new THREE.Mesh(geometry, material);
     mesh.position.fromArray(position);
@@ -113,7 +114,8 @@ export async function renderScene({ robot, table, corners, isWebGL, how }) {
   material.colorNode = vec4(vec3(how === 'node' ? product : shadows.node), 1);
   const ground = new THREE.Mesh(new THREE.PlaneGeometry(30, 30), material);
   scene.add(floor(ground));
-  scene.background = new THREE.Color(1, 1, 1);
+  // Set in linear color, as the pixels are.
+  scene.background = new THREE.Color().setScalar(background);
   const eye = new THREE.PerspectiveCamera(40, 1, 0.1, 100);
   eye.position.set(3.4, 2.6, 4.6);
   eye.lookAt(0.4, 0.5, 0);
