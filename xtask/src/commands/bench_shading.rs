@@ -1,6 +1,6 @@
 //! `bench-shading`: the time that the look-ups of a picture take on the CPU.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -116,11 +116,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
 }
 
 /// Loads a scene, traces its picture's points, and bakes its grids.
-fn picture(
-    path: &PathBuf,
-    occluders: Option<usize>,
-    mode: &'static Mode,
-) -> anyhow::Result<Picture> {
+fn picture(path: &Path, occluders: Option<usize>, mode: &'static Mode) -> anyhow::Result<Picture> {
     let mut scene = load(path, LoadOptions { occluders })?;
     let camera = scene.camera.is_some();
     anyhow::ensure!(camera, "{}: it has no [camera]", path.display());
@@ -136,7 +132,7 @@ fn picture(
     let casters: Vec<_> = scene.casters().collect();
     let triangles = |mesh: usize| Arc::as_ref(&scene.meshes[mesh].mesh).triangles().len();
     let row = Row {
-        scene: path.clone(),
+        scene: path.to_owned(),
         occluders: casters.len(),
         triangles: casters.iter().map(|caster| triangles(caster.mesh)).sum(),
         mode: mode.name,

@@ -29,10 +29,10 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
             dump.display()
         );
     }
-    let gpu = match args.gpu()? {
-        Some(choice) => Some(Context::new(&choice)?),
-        None => None,
-    };
+    let gpu = args
+        .gpu()?
+        .map(|choice| Context::new(&choice))
+        .transpose()?;
     use_threads(args.threads)?;
     interrupt::listen();
     let load = LoadOptions {
@@ -48,10 +48,9 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
         scene.exposure = exposure as f32;
     }
     let target = target(args, kind, &scene, console)?;
-    let environment = match &scene.environment {
-        Some(source) => Some(load_environment(source, console)?),
-        None => None,
-    };
+    let environment = scene.environment.as_ref();
+    let environment = environment.map(|source| load_environment(source, console));
+    let environment = environment.transpose()?;
     let stages = |name: &str| console.stage(name);
     let mut input = ShadeInput::new(&scene, &target);
     input.environment = environment.as_ref();

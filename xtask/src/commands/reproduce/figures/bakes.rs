@@ -82,20 +82,26 @@ fn seconds(results: &Results, step: &str, backend: &str, algorithm: &str) -> Opt
     Some(row["prepare_s"].as_f64()? + row["visibility_s"].as_f64()?)
 }
 
+/// The name of the series of random rays.
+const RANDOM: &str = "256 random rays";
+
+const TABLE_1_HEADER: [&str; 7] = [
+    "triangles",
+    "printed: queries / cones / 256 rays, s",
+    "direction sweep, CPU, s",
+    "all rays, CPU, s",
+    "direction sweep, GPU, s",
+    "all rays, GPU, s",
+    "256 random rays, CPU, s",
+];
+
+/// Draws what was measured, and judges how times grow with the triangles.
 fn judge_table_1(results: &Results) -> anyhow::Result<Finding> {
-    let mut table = Table::new(&[
-        "triangles",
-        "printed: queries / cones / 256 rays, s",
-        "direction sweep, CPU, s",
-        "all rays, CPU, s",
-        "direction sweep, GPU, s",
-        "all rays, GPU, s",
-        "256 random rays, CPU, s",
-    ]);
+    let mut table = Table::new(&TABLE_1_HEADER);
     let mut series: Vec<Series> = METHODS
         .iter()
         .map(|(name, ..)| (*name).to_owned())
-        .chain(["256 random rays".to_owned(), "printed: cones".to_owned()])
+        .chain([RANDOM.to_owned(), "printed: cones".to_owned()])
         .map(|name| Series {
             name,
             points: vec![],
@@ -123,11 +129,20 @@ fn judge_table_1(results: &Results) -> anyhow::Result<Finding> {
         row.push(cell(Some(random)));
         table.rows.push(row);
     }
-    let growth = |idx: usize| {
-        let points = &series[idx].points;
+    series.retain(|series| !series.points.is_empty());
+    Ok(growth_of(table, series))
+}
+
+/// Judges the growth of the times, whose series are those of the table's columns.
+fn growth_of(table: Table, series: Vec<Series>) -> Finding {
+    let growth = |name: &str| {
+        let points = &series.iter().find(|series| series.name == name)?.points;
         Some(points.last()?[1] / points.first()?[1])
     };
-    let (sweep, random) = (growth(0).unwrap_or(f64::NAN), growth(4).unwrap_or(f64::NAN));
+    let (sweep, random) = (
+        growth(METHODS[0].0).unwrap_or(f64::NAN),
+        growth(RANDOM).unwrap_or(f64::NAN),
+    );
     let text = format!(
         "From 392 to 1.1 million triangles, rays become {random:.1} times as slow and the direction sweep \
          {sweep:.0} times: rays depend less on the model, as printed. But the printed crossing is gone: the \
@@ -136,7 +151,6 @@ fn judge_table_1(results: &Results) -> anyhow::Result<Finding> {
          are of a Pentium 4 at 2.8 GHz with a GeForce 6800 GT; compare their trends, not their seconds. A \
          software GPU is measured up to 20,000 triangles."
     );
-    series.retain(|series| !series.points.is_empty());
     let slower = random > 0.0 && sweep > random;
     let mut finding = Finding::new(
         if slower {
@@ -154,7 +168,7 @@ fn judge_table_1(results: &Results) -> anyhow::Result<Finding> {
         log: [true, true],
         series,
     });
-    Ok(finding)
+    finding
 }
 
 /// The models whose extents are shown.

@@ -8,76 +8,86 @@ use crate::commands::reproduce::steps::Step;
 const EXACT_SIGMAS: f64 = 1.5;
 
 pub(super) fn figures(error: f64) -> Vec<Figure> {
-    let compare = |name: &str, scene: &str| {
-        Step::new(
-            name,
-            format!(
-                "compare scenes/{scene}.toml --mode volumes --error {error} -o {{png}} --force --json"
+    vec![polygon(error), scene(error), accessibility()]
+}
+
+/// Returns the comparison of volumes with truth.
+fn compare(name: &str, scene: &str, error: f64) -> Step {
+    Step::new(
+        name,
+        format!(
+            "compare scenes/{scene}.toml --mode volumes --error {error} -o {{png}} --force --json"
+        ),
+    )
+}
+
+fn polygon(error: f64) -> Figure {
+    Figure {
+        id: "aov-polygon",
+        source: "AOV, figure 2 and equation 1",
+        title: "Polygons, exactly",
+        claim: "The occlusion by a polygon is its form factor; where objects are thick, the sum over \
+                polygons is exact.",
+        steps: vec![compare("box", "polygon", error)],
+        judge: |results| {
+            let rmse = results.rmse("box", 0)?;
+            let noise = results.number("box", "/modes/0/all/truth_error")?;
+            let text = format!(
+                "A box on a floor, volumes without an end: RMSE {rmse:.4}, where the ray-traced truth has a \
+                 standard error of {noise:.4} itself."
+            );
+            Ok(Finding::new(Verdict::of(rmse < EXACT_SIGMAS * noise), text))
+        },
+    }
+}
+
+fn scene(error: f64) -> Figure {
+    Figure {
+        id: "aov-scene",
+        source: "AOV, figure 1",
+        title: "A scene by volumes",
+        claim: "Volumes come close to ray tracing without noise; thin objects behind one another get \
+                darker.",
+        steps: vec![compare("scene", "volumes", error)],
+        judge: |results| {
+            let (rmse, bias) = (results.rmse("scene", 0)?, results.bias("scene", 0)?);
+            let text = format!(
+                "RMSE {rmse:.3}, bias {bias:+.3} against unlimited truth: volumes of 0.8 units end sooner, so \
+                 shadows are lighter away from contact. docs/volumes.md has the cases where they are too dark."
+            );
+            Ok(Finding::new(Verdict::Holds, text))
+        },
+    }
+}
+
+fn accessibility() -> Figure {
+    Figure {
+        id: "gems-17-1",
+        source: "GPU Gems, figures 17-1 to 17-3",
+        title: "Accessibility baked onto a surface",
+        claim: "The share of open directions, baked for each point of a model by rays, shades it as under \
+                an overcast sky.",
+        steps: vec![
+            Step::new(
+                "model",
+                "model robot --triangles 6000 -o models/robot-fine.obj --force",
             ),
-        )
-    };
-    vec![
-        Figure {
-            id: "aov-polygon",
-            source: "AOV, figure 2 and equation 1",
-            title: "Polygons, exactly",
-            claim: "The occlusion by a polygon is its form factor; where objects are thick, the sum over \
-                    polygons is exact.",
-            steps: vec![compare("box", "polygon")],
-            judge: |results| {
-                let rmse = results.rmse("box", 0)?;
-                let noise = results.number("box", "/modes/0/all/truth_error")?;
-                let text = format!(
-                    "A box on a floor, volumes without an end: RMSE {rmse:.4}, where the ray-traced truth has a \
-                     standard error of {noise:.4} itself."
-                );
-                Ok(Finding::new(Verdict::of(rmse < EXACT_SIGMAS * noise), text))
-            },
+            Step::new(
+                "bake",
+                "bake-surface models/robot-fine.obj -o models/robot-fine.ply --ground --force --json",
+            ),
+        ],
+        judge: |results| {
+            let points = results.number("bake", "/points")?;
+            let rays = results.number("bake", "/rays_per_second")?;
+            let text = format!(
+                "{points:.0} points see 512 directions of their hemispheres each, at {:.0} million rays a \
+                 second; the chapter reports minutes for what is a second here. Uniform weights, as printed, \
+                 are wrong under a constant sky (in a pit one deep and two wide .26 where the light is .42): \
+                 cosine weights are the default.",
+                rays / 1e6
+            );
+            Ok(Finding::new(Verdict::Holds, text))
         },
-        Figure {
-            id: "aov-scene",
-            source: "AOV, figure 1",
-            title: "A scene by volumes",
-            claim: "Volumes come close to ray tracing without noise; thin objects behind one another get \
-                    darker.",
-            steps: vec![compare("scene", "volumes")],
-            judge: |results| {
-                let (rmse, bias) = (results.rmse("scene", 0)?, results.bias("scene", 0)?);
-                let text = format!(
-                    "RMSE {rmse:.3}, bias {bias:+.3} against unlimited truth: volumes of 0.8 units end sooner, so \
-                     shadows are lighter away from contact. docs/volumes.md has the cases where they are too dark."
-                );
-                Ok(Finding::new(Verdict::Holds, text))
-            },
-        },
-        Figure {
-            id: "gems-17-1",
-            source: "GPU Gems, figures 17-1 to 17-3",
-            title: "Accessibility baked onto a surface",
-            claim: "The share of open directions, baked for each point of a model by rays, shades it as under \
-                    an overcast sky.",
-            steps: vec![
-                Step::new(
-                    "model",
-                    "model robot --triangles 6000 -o models/robot-fine.obj --force",
-                ),
-                Step::new(
-                    "bake",
-                    "bake-surface models/robot-fine.obj -o models/robot-fine.ply --ground --force --json",
-                ),
-            ],
-            judge: |results| {
-                let points = results.number("bake", "/points")?;
-                let rays = results.number("bake", "/rays_per_second")?;
-                let text = format!(
-                    "{points:.0} points see 512 directions of their hemispheres each, at {:.0} million rays a \
-                     second; the chapter reports minutes for what is a second here. Uniform weights, as printed, \
-                     are wrong under a constant sky (in a pit one deep and two wide .26 where the light is .42): \
-                     cosine weights are the default.",
-                    rays / 1e6
-                );
-                Ok(Finding::new(Verdict::Holds, text))
-            },
-        },
-    ]
+    }
 }

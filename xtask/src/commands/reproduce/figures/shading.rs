@@ -5,108 +5,135 @@ use crate::commands::reproduce::finding::{Finding, Results, Table, Verdict};
 use crate::commands::reproduce::steps::Step;
 
 pub(super) fn figures(error: f64) -> Vec<Figure> {
-    let compare = |name: &str, scene: &str, modes: &str| {
-        Step::new(
-            name,
+    let all = [
+        figure_4,
+        figures_7_8,
+        figure_9,
+        figure_11,
+        figures_12_13,
+        figure_17,
+    ];
+    all.map(|figure| figure(error)).into()
+}
+
+/// Returns the comparison of modes with truth traced to a standard error.
+fn compare(name: &str, scene: &str, modes: &str, error: f64) -> Step {
+    Step::new(
+        name,
+        format!(
+            "compare scenes/{scene}.toml --mode {modes} --error {error} -o {{png}} --force --json"
+        ),
+    )
+}
+
+fn figure_4(error: f64) -> Figure {
+    Figure {
+        id: "figure-4",
+        source: "RR-5779, figure 4; JGT, figure 11 and section 4.3",
+        title: "Treatment of the grid's boundary",
+        claim: "Rescaling the values so that they vanish at the border removes the visible edge of the \
+                box and keeps the aspect of the shadow.",
+        steps: vec![
+            compare("none", "box-untreated", "cone", error),
+            compare("rr", "box-rescaled", "cone", error),
+            compare("jgt", "box-paper", "cone", error),
+            compare("default", "box-default", "cone", error),
+        ],
+        judge: boundary,
+    }
+}
+
+fn figures_7_8(error: f64) -> Figure {
+    Figure {
+        id: "figures-7-8",
+        source: "RR-5779, sections 4 and 5, figures 7 and 8",
+        title: "Occlusion alone, and with directions",
+        claim: "Storing the average direction and clipping the cone by the tangent plane is more accurate \
+                than occlusion alone, and handles self-occlusion.",
+        steps: vec![
+            compare("table", "table-paper", "occlusion,cone", error),
+            compare("spheres", "spheres-paper", "occlusion,cone", error),
+            compare("table-default", "table-default", "cone", error),
+            compare("spheres-default", "spheres-default", "cone", error),
+        ],
+        judge: directions,
+    }
+}
+
+fn figure_9(error: f64) -> Figure {
+    Figure {
+        id: "figure-9",
+        source: "RR-5779, figure 9",
+        title: "Blending the parts of a robot",
+        claim: "Even simple blending of the parts' occlusion is close to ray tracing.",
+        steps: vec![
+            compare("paper", "robot-untreated", "cone,merge", error),
+            compare("default", "robot-default", "cone,merge", error),
+        ],
+        judge: robot,
+    }
+}
+
+fn figure_11(error: f64) -> Figure {
+    Figure {
+        id: "figure-11",
+        source: "RR-5779, figure 11; JGT supplement",
+        title: "Two overlapping boxes",
+        claim: "Adding the occluders' shadows is too dark where they overlap; uniting their cones avoids \
+                that, and is slightly too light.",
+        steps: vec![compare("boxes", "overlapping-boxes", "cone,merge", error)],
+        judge: overlapping,
+    }
+}
+
+fn figures_12_13(error: f64) -> Figure {
+    Figure {
+        id: "figures-12-13",
+        source: "RR-5779, figures 12 and 13",
+        title: "Light of an environment",
+        claim: "The cones also remove the light of the directions that they hide: colors bleed from the \
+                side that is open, and none where an object is in the way.",
+        steps: vec![Step::new(
+            "room",
             format!(
-                "compare scenes/{scene}.toml --mode {modes} --error {error} -o {{png}} --force --json"
+                "render scenes/room.toml --mode truth,environment,cone --error {error} -o {{png}} --force"
             ),
-        )
-    };
-    vec![
-        Figure {
-            id: "figure-4",
-            source: "RR-5779, figure 4; JGT, figure 11 and section 4.3",
-            title: "Treatment of the grid's boundary",
-            claim: "Rescaling the values so that they vanish at the border removes the visible edge of the \
-                    box and keeps the aspect of the shadow.",
-            steps: vec![
-                compare("none", "box-untreated", "cone"),
-                compare("rr", "box-rescaled", "cone"),
-                compare("jgt", "box-paper", "cone"),
-                compare("default", "box-default", "cone"),
-            ],
-            judge: boundary,
+        )],
+        judge: |_| {
+            Ok(Finding::new(
+                Verdict::Partly,
+                "Left: ray tracing; middle: light removed by direction; right: darkened by 1 − AO. The \
+                 colors are right in kind: red and blue stay on their sides. The printed difference B − A \
+                 is wrong by the factor that A lacks: it is zero under a constant sky. The mean radiance A \
+                 of the cone must be weighted by its share, AO."
+                    .to_owned(),
+            ))
         },
-        Figure {
-            id: "figures-7-8",
-            source: "RR-5779, sections 4 and 5, figures 7 and 8",
-            title: "Occlusion alone, and with directions",
-            claim: "Storing the average direction and clipping the cone by the tangent plane is more accurate \
-                    than occlusion alone, and handles self-occlusion.",
-            steps: vec![
-                compare("table", "table-paper", "occlusion,cone"),
-                compare("spheres", "spheres-paper", "occlusion,cone"),
-                compare("table-default", "table-default", "cone"),
-                compare("spheres-default", "spheres-default", "cone"),
-            ],
-            judge: directions,
+    }
+}
+
+fn figure_17(error: f64) -> Figure {
+    Figure {
+        id: "figure-17",
+        source: "RR-5779, figure 17",
+        title: "A box under an area light",
+        claim: "Ambient occlusion brings soft-shadowed light closer to the truth at little cost.",
+        steps: vec![Step::new(
+            "light",
+            format!(
+                "render scenes/area-light.toml --mode truth,cone --error {error} -o {{png}} --force"
+            ),
+        )],
+        judge: |_| {
+            Ok(Finding::new(
+                Verdict::Holds,
+                "Left: ray-traced direct and ambient light; right: the same direct light, with the \
+                 ambient light darkened by the grid. The contact shadow at the foot of the box, which no \
+                 soft shadow of the light has, is there in both."
+                    .to_owned(),
+            ))
         },
-        Figure {
-            id: "figure-9",
-            source: "RR-5779, figure 9",
-            title: "Blending the parts of a robot",
-            claim: "Even simple blending of the parts' occlusion is close to ray tracing.",
-            steps: vec![
-                compare("paper", "robot-untreated", "cone,merge"),
-                compare("default", "robot-default", "cone,merge"),
-            ],
-            judge: robot,
-        },
-        Figure {
-            id: "figure-11",
-            source: "RR-5779, figure 11; JGT supplement",
-            title: "Two overlapping boxes",
-            claim: "Adding the occluders' shadows is too dark where they overlap; uniting their cones avoids \
-                    that, and is slightly too light.",
-            steps: vec![compare("boxes", "overlapping-boxes", "cone,merge")],
-            judge: overlapping,
-        },
-        Figure {
-            id: "figures-12-13",
-            source: "RR-5779, figures 12 and 13",
-            title: "Light of an environment",
-            claim: "The cones also remove the light of the directions that they hide: colors bleed from the \
-                    side that is open, and none where an object is in the way.",
-            steps: vec![Step::new(
-                "room",
-                format!(
-                    "render scenes/room.toml --mode truth,environment,cone --error {error} -o {{png}} --force"
-                ),
-            )],
-            judge: |_| {
-                Ok(Finding::new(
-                    Verdict::Partly,
-                    "Left: ray tracing; middle: light removed by direction; right: darkened by 1 − AO. The \
-                     colors are right in kind: red and blue stay on their sides. The printed difference B − A \
-                     is wrong by the factor that A lacks: it is zero under a constant sky. The mean radiance A \
-                     of the cone must be weighted by its share, AO."
-                        .to_owned(),
-                ))
-            },
-        },
-        Figure {
-            id: "figure-17",
-            source: "RR-5779, figure 17",
-            title: "A box under an area light",
-            claim: "Ambient occlusion brings soft-shadowed light closer to the truth at little cost.",
-            steps: vec![Step::new(
-                "light",
-                format!(
-                    "render scenes/area-light.toml --mode truth,cone --error {error} -o {{png}} --force"
-                ),
-            )],
-            judge: |_| {
-                Ok(Finding::new(
-                    Verdict::Holds,
-                    "Left: ray-traced direct and ambient light; right: the same direct light, with the \
-                     ambient light darkened by the grid. The contact shadow at the foot of the box, which no \
-                     soft shadow of the light has, is there in both."
-                        .to_owned(),
-                ))
-            },
-        },
-    ]
+    }
 }
 
 /// Returns a table of the error and the bias of modes in steps.

@@ -8,8 +8,11 @@ use crate::commands::reproduce::finding::{Finding, Results, Table, Verdict};
 use crate::commands::reproduce::plot::{Plot, Series};
 use crate::commands::reproduce::steps::Step;
 
-/// The rows of the suite by encoding, with their cells along an axis and their channels.
-const GROUPS: [(&str, &[(&str, f64, f64)]); 5] = [
+/// A row of the suite: its name, its cells along an axis, and its channels.
+type SuiteRow = (&'static str, f64, f64);
+
+/// The rows of the suite by encoding.
+const GROUPS: [(&str, &[SuiteRow]); 5] = [
     ("occlusion, treated", &[("occlusion jgt", 32.0, 1.0)]),
     ("occlusion", &[("occlusion none", 32.0, 1.0)]),
     (
