@@ -60,5 +60,5 @@ pub use error::BakeError;
 pub use quantized_rays::QuantizedMeshRays;
 pub use ray_scene::{Hit, RayScene};
 pub use rebaker::Rebaker;
-pub use surface::{SurfaceBake, SurfaceKernel, bake_surface};
+pub use surface::{Projection, SurfaceBake, SurfaceKernel, bake_surface};
 pub use sweep::Sweeper;

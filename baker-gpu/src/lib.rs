@@ -67,7 +67,7 @@ pub use context::{Context, LimitError, required_limits};
 pub use error::BakeError;
 #[cfg(feature = "native")]
 pub use native::{AdapterSelector, ContextError, adapters};
-pub use rays::{Caster, UploadedTree};
+pub use rays::{Caster, PointBake, UploadedTree};
 pub use shaders::Shader;
 pub use sweep::{Sweeper, UploadedMesh};
 pub use wgpu;

@@ -281,7 +281,7 @@ pub fn aogrid_environment_at(map: &EnvironmentMap, [u, v]: [f32; 2], level: f32)
 }
 
 /// Subtracts a share of one radiance from another and clamps the result to zero.
-fn subtract_clamped(unoccluded: [f32; 3], share: f32, blocked: [f32; 3]) -> [f32; 3] {
+pub(crate) fn subtract_clamped(unoccluded: [f32; 3], share: f32, blocked: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|c| (unoccluded[c] - share * blocked[c]).max(0.0))
 }
 

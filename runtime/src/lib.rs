@@ -56,6 +56,8 @@
 //!   environment light, less the part that the occluders block.
 //! * [`VolumePass`], [`wgsl::VOLUMES`] and its twin [`volumes`]: the analytic occlusion of triangles, for
 //!   objects that deform and need no bake.
+//! * [`wgsl::SURFACE`] and its twin [`surface`]: environment light on surfaces with baked accessibility and
+//!   bent normals, alone and beside grids.
 //! * [`CpuTexture`]: a texture and its linear filter on the CPU.
 //!
 //! The crate creates no device, submits nothing and never waits; every GPU object has a label.
@@ -63,6 +65,7 @@
 
 pub mod environment;
 pub mod shading;
+pub mod surface;
 pub mod tables;
 pub mod volumes;
 pub mod wgsl;
@@ -77,6 +80,7 @@ mod gbuffer;
 mod grid_atlas;
 mod grid_facts;
 mod grid_texture;
+mod latlong_cube;
 mod lookup;
 mod merge_pass;
 mod occluder;
@@ -99,6 +103,7 @@ pub use gbuffer::{
 };
 pub use grid_atlas::{GridAtlas, GridAtlasError};
 pub use grid_texture::{GridTexture, GridTextureError};
+pub use latlong_cube::LatLongCube;
 pub use merge_pass::{MergePass, MergePassDescriptor};
 pub use occluder::{AogridOccluder, Instance, InstanceError};
 pub use occlusion_pass::{Mode, OcclusionPass, OcclusionPassDescriptor, Output, PassError};

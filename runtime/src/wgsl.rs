@@ -27,6 +27,10 @@ pub const SHADING: &str = shading!();
 /// structs, with the same prefix.
 pub const ENVIRONMENT: &str = include_str!("environment.wgsl");
 
+/// The library of [`surface`](crate::surface): paste it behind [`SHADING`] and [`ENVIRONMENT`]. It holds
+/// pure functions, with the same prefix.
+pub const SURFACE: &str = include_str!("surface.wgsl");
+
 /// The library of [`volumes`](crate::volumes): paste it behind [`SHADING`]. It holds pure functions and
 /// two structs, with the same prefix.
 pub const VOLUMES: &str = include_str!("volumes.wgsl");

@@ -61,6 +61,7 @@ passed_on!(
     image::ImageError,
     aogrid_bake_core::PipelineError,
     aogrid_bake_core::PlacementError,
+    aogrid_bake_core::mesh::GltfError,
     aogrid_bake_core::mesh::LoadError,
     aogrid_bake_core::mesh::MeshError,
     aogrid_baker_cpu::BakeError,

@@ -28,6 +28,7 @@ use std::sync::Arc;
 use crate::error::{Context, ensure};
 use crate::reference::{AreaLight, ReferenceOptions};
 use aogrid_bake_core::mesh::{Part, Pose};
+use aogrid_bake_core::surface::SurfaceOptions;
 use aogrid_bake_core::{BakeOptions, Placement, TriangleMesh};
 use aogrid_grid_format::{Grid, Source};
 use aogrid_runtime::VolumeWeight;
@@ -101,6 +102,8 @@ pub struct SceneMesh {
     pub source: Source,
     /// The origin of the mesh's grid.
     pub grid: GridSource,
+    /// The origin of the values on its surface.
+    pub surface: SurfaceSource,
 }
 
 /// The origin of a grid.
@@ -112,6 +115,15 @@ pub enum GridSource {
     Bake(Placement, BakeOptions),
     /// The grid is at hand.
     Given(Arc<Grid>),
+}
+
+/// The origin of accessibility and bent normals on a mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SurfaceSource {
+    /// A GLB of the same shape, with values at its vertices.
+    File(PathBuf),
+    /// A bake at every receiver, as a texture without texels would have it.
+    Bake(SurfaceOptions),
 }
 
 /// An object in the scene.

@@ -1,6 +1,7 @@
 //! The keys of scene files; `docs/scenes.md` documents them for users.
 
 use aogrid_bake_core::Preset;
+use aogrid_bake_core::surface::Weights;
 use aogrid_grid_format::{
     BoundaryMode, Encoding, Interior, MAX_RESOLUTION, MIN_RESOLUTION, TexelFormat,
 };
@@ -160,6 +161,15 @@ pub(super) struct MeshFile {
     pub part: Option<Spanned<String>>,
     pub pose: Option<Spanned<PoseFile>>,
     pub grid: Option<Spanned<GridFile>>,
+    pub surface: Option<Spanned<SurfaceFile>>,
+}
+
+#[derive(Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SurfaceFile {
+    pub file: Option<String>,
+    pub rays: Option<Whole<1, 65_536>>,
+    pub weights: Option<WeightsFile>,
 }
 
 /// A time of an animation.
@@ -263,3 +273,4 @@ names!(FormatFile for TexelFormat);
 names!(BoundaryFile for BoundaryMode);
 names!(InteriorFile for Interior);
 names!(PresetFile for Preset);
+names!(WeightsFile for Weights);

@@ -12,7 +12,7 @@ mod splice;
 mod tests;
 
 pub(crate) use container::Container;
-pub(crate) use json::Edits;
+pub(crate) use json::{Edits, Text};
 pub use nodes::{Nodes, PosedNode};
 pub use occluders::{AttachedGrid, EXTENSION, Occluder, attach, attached};
 pub(crate) use splice::{Splice, extras};

@@ -23,6 +23,8 @@ pub struct SurfaceOptions {
     /// The height of an endless solid ground, across +Y, that occludes, too: its y in the coordinates of
     /// the points; `None` for no ground.
     pub ground: Option<f64>,
+    /// Whether triangles occlude from their front alone, which they are counterclockwise from.
+    pub ignore_backfaces: bool,
 }
 
 /// The reason that options are invalid.
@@ -48,6 +50,7 @@ impl SurfaceOptions {
             weights: Weights::Cosine,
             max_distance: None,
             ground: None,
+            ignore_backfaces: false,
         }
     }
 

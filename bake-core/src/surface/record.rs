@@ -25,6 +25,11 @@ impl Weights {
         }
     }
 
+    /// Returns the choice with this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|weights| weights.name() == name)
+    }
+
     fn of(self, cosine: f64) -> f64 {
         match self {
             Self::Cosine => cosine,

@@ -63,7 +63,8 @@ pub(super) fn power_of_two_scale(half_extents: [f64; 3]) -> f64 {
 ///
 /// Triangles with the same three corners, in any order, occlude the same directions, and a BVH over
 /// many equal boxes is very slow to build.
-pub(super) fn distinct_triangles(mesh: &TriangleMesh) -> Vec<u32> {
+/// Also returns, in order, those of them that another one of the same corners faces the other way from.
+pub(super) fn distinct_triangles(mesh: &TriangleMesh) -> (Vec<u32>, Vec<u32>) {
     // Adding zero makes −0 and +0 equal.
     let position_bits =
         |vertex: u32| mesh.positions()[vertex as usize].map(|v| (v + 0.0).to_bits());
@@ -80,13 +81,26 @@ pub(super) fn distinct_triangles(mesh: &TriangleMesh) -> Vec<u32> {
         .filter(|(key, _)| key[0] != key[1] && key[1] != key[2])
         .collect();
     keyed.sort_unstable();
-    keyed.dedup_by_key(|(key, _)| *key);
-    let distinct: Vec<_> = keyed.into_iter().map(|(_, idx)| idx).collect();
-    // The builder needs at least one triangle, degenerate or not.
-    match distinct.is_empty() {
-        true => vec![0],
-        false => distinct,
+    let facing = |idx: u32| {
+        let corners = mesh.triangles()[idx as usize].map(position_bits);
+        let ascending = [[0, 1], [1, 2], [2, 0]].map(|[a, b]| corners[a] < corners[b]);
+        // Of three different corners in a circle, one or two pairs ascend.
+        ascending.into_iter().filter(|ascends| *ascends).count() == 2
+    };
+    let (mut distinct, mut two_sided) = (Vec::with_capacity(keyed.len()), Vec::new());
+    for same in keyed.chunk_by(|(a, _), (b, _)| a == b) {
+        let (_, first) = same[0];
+        distinct.push(first);
+        if same.iter().any(|(_, idx)| facing(*idx) != facing(first)) {
+            two_sided.push(first);
+        }
     }
+    // The builder needs at least one triangle, degenerate or not.
+    if distinct.is_empty() {
+        distinct.push(0);
+    }
+    two_sided.sort_unstable();
+    (distinct, two_sided)
 }
 
 /// Returns the bounding box of a triangle, padded by one to two times [`PADDING`].

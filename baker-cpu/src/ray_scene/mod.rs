@@ -9,6 +9,7 @@ mod traversal;
 mod tree;
 
 use aogrid_bake_core::TriangleMesh;
+use aogrid_bake_core::surface::{cross, dot};
 
 use build::{binary_tree, distinct_triangles, extent, padded_box, power_of_two_scale};
 use exhaustive::unit;
@@ -29,6 +30,9 @@ pub struct RayScene {
     triangles: Vec<[[f64; 3]; 3]>,
     /// The index in the mesh of each of `triangles`; the first of several identical ones.
     indices: Vec<u32>,
+    /// The indices in the mesh of those that have another one of the same corners behind them, which
+    /// faces the other way; in order.
+    two_sided: Vec<u32>,
     /// The origin of the mesh's coordinates, in object space.
     origin: [f64; 3],
     /// The center of the mesh's bounding box, relative to the origin.
@@ -73,7 +77,7 @@ impl RayScene {
             |corner: [f32; 3]| std::array::from_fn(|x| (f64::from(corner[x]) - center[x]) * scale);
         let corners =
             |t: u32| mesh.triangles()[t as usize].map(|v| local(mesh.positions()[v as usize]));
-        let distinct = distinct_triangles(mesh);
+        let (distinct, two_sided) = distinct_triangles(mesh);
         let extent = extent(distinct.iter().map(|&t| corners(t)));
         let boxes: Vec<_> = (0..)
             .zip(&distinct)
@@ -92,6 +96,7 @@ impl RayScene {
             extent,
             triangles,
             indices,
+            two_sided,
             origin: mesh.origin(),
             center,
             scale,
@@ -135,14 +140,37 @@ impl RayScene {
         unit: [f64; 3],
         max_distance: f64,
     ) -> bool {
-        let [x, y, z] = origin;
-        let origin = [x * self.scale, y * self.scale, z * self.scale];
-        self.level.run(AnyHit(Cast {
+        let cast = self.cast_from_center(origin, unit, max_distance);
+        self.level.run(AnyHit::<false>(cast))
+    }
+
+    /// Whether a ray hits the front of a triangle, as [`RayScene::is_occluded_from_center`].
+    pub(crate) fn is_occluded_by_fronts(
+        &self,
+        origin: [f64; 3],
+        unit: [f64; 3],
+        max_distance: f64,
+    ) -> bool {
+        let cast = self.cast_from_center(origin, unit, max_distance);
+        self.level.run(AnyHit::<true>(cast))
+    }
+
+    #[inline(always)]
+    fn cast_from_center(&self, [x, y, z]: [f64; 3], unit: [f64; 3], max_distance: f64) -> Cast<'_> {
+        Cast {
             scene: self,
-            origin,
+            origin: [x * self.scale, y * self.scale, z * self.scale],
             unit,
             max_distance: max_distance * self.scale,
-        }))
+        }
+    }
+
+    /// Whether a triangle, by its position among the leaves', faces against a direction.
+    fn faces_against(&self, at: usize, direction: [f64; 3]) -> bool {
+        let [a, b, c] = self.triangles[at];
+        let minus = |p: [f64; 3]| [0, 1, 2].map(|x| p[x] - a[x]);
+        let normal = cross(minus(b), minus(c));
+        dot(normal, direction) < 0.0 || self.two_sided.binary_search(&self.indices[at]).is_ok()
     }
 
     /// Returns the center of the mesh's bounding box, relative to the mesh's origin, as is that of a

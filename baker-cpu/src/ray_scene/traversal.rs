@@ -29,10 +29,10 @@ impl Cast<'_> {
     }
 }
 
-/// Whether a ray hits any triangle.
-pub(super) struct AnyHit<'a>(pub Cast<'a>);
+/// Whether a ray hits any triangle, or, with `FRONTS`, one that faces it.
+pub(super) struct AnyHit<'a, const FRONTS: bool>(pub Cast<'a>);
 
-impl Query for AnyHit<'_> {
+impl<const FRONTS: bool> Query for AnyHit<'_, FRONTS> {
     type Answer = bool;
 
     #[inline(always)]
@@ -52,7 +52,7 @@ impl Query for AnyHit<'_> {
     }
 }
 
-impl AnyHit<'_> {
+impl<const FRONTS: bool> AnyHit<'_, FRONTS> {
     #[inline(always)]
     fn traverse<K: Kernel>(&self, kernel: K, stack: &mut [u32]) -> bool {
         let (exact, packed) = self.0.rays();
@@ -71,7 +71,11 @@ impl AnyHit<'_> {
                 }
                 Child::Leaf(leaf) => {
                     let leaf = &tree.leaves[leaf as usize];
-                    let hits = kernel.triangles(leaf, &packed);
+                    let mut hits = kernel.triangles(leaf, &packed);
+                    if FRONTS {
+                        hits.certain = self.fronts(leaf, hits.certain);
+                        hits.doubt = self.fronts(leaf, hits.doubt);
+                    }
                     if hits.certain != 0 || self.any_hit_in_doubt(&exact, leaf, hits.doubt) {
                         return true;
                     }
@@ -83,6 +87,19 @@ impl AnyHit<'_> {
             waiting -= 1;
             child = stack[waiting];
         }
+    }
+
+    /// Returns those of some triangles of a leaf that face the ray.
+    #[inline(always)]
+    fn fronts(&self, leaf: &Leaf, mut lanes: u32) -> u32 {
+        let mut fronts = 0;
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros();
+            lanes &= lanes - 1;
+            let at = (leaf.first + lane) as usize;
+            fronts |= u32::from(self.0.scene.faces_against(at, self.0.unit)) << lane;
+        }
+        fronts
     }
 
     /// Whether the exact test says that a ray hits one of some triangles of a leaf.

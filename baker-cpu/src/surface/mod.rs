@@ -11,6 +11,7 @@
 //! [`bake_surface`] takes the triangles that occlude and the points, which need not be on them.
 
 mod directions;
+mod project;
 mod rays;
 mod zbuffer;
 
@@ -22,6 +23,8 @@ use aogrid_bake_core::surface::{
 use aogrid_bake_core::{Observer, TriangleMesh};
 
 use crate::BakeError;
+
+pub use project::Projection;
 
 /// A way to find the visibility of points. The records are the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

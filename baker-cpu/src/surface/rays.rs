@@ -67,5 +67,8 @@ pub(super) fn is_occluded(
         _ => return false,
     };
     options.ground_occludes(point, upward)
-        || scene.is_occluded_from_center(from_center, upward, options.reach())
+        || match options.ignore_backfaces {
+            true => scene.is_occluded_by_fronts(from_center, upward, options.reach()),
+            false => scene.is_occluded_from_center(from_center, upward, options.reach()),
+        }
 }

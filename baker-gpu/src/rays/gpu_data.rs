@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 
 /// `Scene` of `any_hit.wgsl`.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 pub(super) struct Scene {
     pub cells: [u32; 3],
     pub n_directions: u32,

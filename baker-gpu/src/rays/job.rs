@@ -9,7 +9,7 @@ use wgpu::{Buffer, BufferUsages};
 
 use super::gpu_data::Scene;
 use super::shaders::{FACE_SUMS, MONTE_CARLO_SUMS, TEXELS_PER_WORKGROUP};
-use super::{UploadedTree, Variant};
+use super::{RAY_UNITS, UNLIMITED, UploadedTree, Variant};
 use crate::kernel::Kernel;
 use crate::shaders::WORKGROUP;
 use crate::work::{Extent, Submitter};
@@ -17,10 +17,6 @@ use crate::{BakeError, Context};
 
 /// The largest number of cells that are read back together.
 const MAX_BATCH_CELLS: usize = 1 << 20;
-
-/// The approximate cost of a ray in visited nodes, see
-/// [`SubmissionPacer`](crate::pace::SubmissionPacer).
-const RAY_UNITS: f64 = 100.0;
 
 /// The fixed-point representation of 1 in the components of Monte Carlo directions.
 const FIXED_POINT_ONE: f64 = (1_u32 << 30) as f64;
@@ -186,8 +182,6 @@ pub(super) fn scene(mesh: &UploadedTree, options: &BakeOptions) -> Scene {
         Sampling::CubeFaces { .. } => 0,
     };
     let key = ChaCha8Rng::seed_from_u64(seed).get_seed();
-    // Farther than anything on the lattice, and small enough that products of it stay finite.
-    let unlimited = (1_u64 << 33) as f32;
     Scene {
         cells: mesh.spec.resolution(),
         n_directions: options.sampling.directions(),
@@ -196,8 +190,8 @@ pub(super) fn scene(mesh: &UploadedTree, options: &BakeOptions) -> Scene {
         n_nodes: mesh.n_nodes,
         max_distance: options
             .max_distance
-            .map_or(unlimited, |d| (f64::from(d) * mesh.scale) as f32)
-            .min(unlimited),
+            .map_or(UNLIMITED, |d| (f64::from(d) * mesh.scale) as f32)
+            .min(UNLIMITED),
         key: std::array::from_fn(|i| {
             u32::from_le_bytes(std::array::from_fn(|byte| key[4 * i + byte]))
         }),

@@ -10,6 +10,7 @@
 
 mod gpu_data;
 mod job;
+mod points;
 mod shaders;
 mod tree;
 
@@ -22,6 +23,7 @@ use crate::pace::SubmissionPacer;
 use crate::work::Submitter;
 use crate::{BakeError, Context};
 use job::{RayBatch, scene, tables};
+pub use points::PointBake;
 use shaders::compile;
 pub(crate) use shaders::shaders;
 use tree::Bvh;
@@ -30,10 +32,19 @@ use tree::Bvh;
 /// loops (see [`shaders::TEXELS_PER_WORKGROUP`]).
 const MAX_SOFTWARE_RAYS: u32 = 1 << 14;
 
+/// The approximate cost of a ray in visited nodes, see [`SubmissionPacer`].
+const RAY_UNITS: f64 = 100.0;
+
+/// The maximum distance, in lattice steps, where there is none: farther than anything on the lattice, and
+/// small enough that products of it stay finite.
+const UNLIMITED: f32 = (1_u64 << 33) as f32;
+
 /// Bakes by ray casting, and keeps its pipelines between bakes.
 pub struct Caster {
     context: Context,
     kernels: [[Option<Kernel>; 2]; 4],
+    /// The kernel of points on surfaces.
+    points: Option<Kernel>,
     pacer: SubmissionPacer,
 }
 
@@ -63,6 +74,7 @@ impl Caster {
         Self {
             context: context.clone(),
             kernels: Default::default(),
+            points: None,
             pacer: SubmissionPacer::default(),
         }
     }
@@ -79,22 +91,14 @@ impl Caster {
         sample_offset: [f32; 3],
     ) -> Result<UploadedTree, BakeError> {
         let bvh = Bvh::new(mesh, &spec, sample_offset);
-        let limit = self.context.device.limits().max_storage_buffer_binding_size;
-        let nodes: &[u8] = bytemuck::cast_slice(&bvh.nodes);
-        let corners: &[u8] = bytemuck::cast_slice(&bvh.corners);
-        for (what, bytes) in [("the BVH's nodes", nodes), ("the BVH's triangles", corners)] {
-            let bytes = bytes.len() as u64;
-            if bytes > limit {
-                return Err(BakeError::TooLarge { what, bytes, limit });
-            }
-        }
+        self.check_size(&bvh)?;
         let unobserved = aogrid_bake_core::UNOBSERVED;
         let mut submitter = Submitter::new(&self.context, &mut self.pacer, unobserved, 0);
         let storage = |label, bytes: &[u8]| submitter.upload(label, BufferUsages::STORAGE, bytes);
         let uploaded = UploadedTree {
             spec,
-            nodes: storage("nodes", nodes),
-            corners: storage("corners", corners),
+            nodes: storage("nodes", bytemuck::cast_slice(&bvh.nodes)),
+            corners: storage("corners", bytemuck::cast_slice(&bvh.corners)),
             samples: storage("samples", bytemuck::cast_slice(&bvh.samples)),
             n_nodes: bvh.nodes.len() as u32,
             n_triangles: bvh.corners.len() as u32,
@@ -171,6 +175,20 @@ impl Caster {
             .0)
     }
 
+    /// Checks that a BVH fits the device's buffers.
+    fn check_size(&self, bvh: &Bvh) -> Result<(), BakeError> {
+        let limit = self.context.device.limits().max_storage_buffer_binding_size;
+        let nodes: &[u8] = bytemuck::cast_slice(&bvh.nodes);
+        let corners: &[u8] = bytemuck::cast_slice(&bvh.corners);
+        for (what, bytes) in [("the BVH's nodes", nodes), ("the BVH's triangles", corners)] {
+            let bytes = bytes.len() as u64;
+            if bytes > limit {
+                return Err(BakeError::TooLarge { what, bytes, limit });
+            }
+        }
+        Ok(())
+    }
+
     fn check_ray_count(&self, sampling: Sampling) -> Result<(), BakeError> {
         let is_software = self.context.adapter().device_type == wgpu::DeviceType::Cpu;
         match sampling {
@@ -198,6 +216,7 @@ impl Caster {
             context,
             kernels,
             pacer,
+            ..
         } = self;
         let total = mesh.spec.cell_count();
         let mut submitter = Submitter::new(context, pacer, observer, total);

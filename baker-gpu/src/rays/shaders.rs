@@ -34,20 +34,46 @@ pub(crate) fn shaders() -> Vec<Shader> {
         shader(Variant::MonteCarlo, true),
         shader(Variant::MonteCarlo, false),
         shader(Variant::Naive, true),
+        points(),
     ]
 }
 
-fn shader(variant: Variant, directions: bool) -> Shader {
-    let constants = Constants::default()
+/// Compiles the kernel of points on surfaces.
+pub(super) fn compile_points(device: &wgpu::Device) -> Kernel {
+    use Binding::{Read, Uniform, Write};
+    let bindings = [Uniform, Read, Read, Read, Read, Read, Write];
+    Kernel::new(device, &points(), &bindings)
+}
+
+fn points() -> Shader {
+    let constants = constants().unsigned("RAYS_PER_WORKGROUP", TEXELS_PER_WORKGROUP);
+    let parts = [
+        include_str!("../chunk.wgsl"),
+        include_str!("any_hit.wgsl"),
+        include_str!("points.wgsl"),
+    ];
+    Shader {
+        name: "rays: points",
+        source: constants.before(&parts),
+        entry_point: "points",
+    }
+}
+
+/// The constants of all kernels.
+fn constants() -> Constants {
+    Constants::default()
         .unsigned("WORKGROUP", WORKGROUP)
-        .boolean("WITH_DIRECTIONS", directions)
         .unsigned("INNER_NODE", tree::INNER_NODE)
         .unsigned("TRIANGLE_BITS", tree::TRIANGLE_BITS)
         .unsigned("FIRST_TRIANGLE_MASK", (1 << tree::TRIANGLE_BITS) - 1)
         // A smaller component moves a ray by less than the boxes' padding over its whole length.
         .float("MIN_COMPONENT", 1e-12)
         // Two products and a difference, each half a step of 2⁻²³; doubled for safety.
-        .float("BOX_SLACK", 1.0 + 1.0 / (1 << 20) as f32);
+        .float("BOX_SLACK", 1.0 + 1.0 / (1 << 20) as f32)
+}
+
+fn shader(variant: Variant, directions: bool) -> Shader {
+    let constants = constants().boolean("WITH_DIRECTIONS", directions);
     let chunk = include_str!("../chunk.wgsl");
     let any_hit = include_str!("any_hit.wgsl");
     let name = match (variant, directions) {

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use aogrid_bake_core::TriangleMesh;
+use aogrid_bake_core::surface::SurfacePoint;
 use aogrid_grid_format::GridSpec;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3A;
@@ -55,40 +56,63 @@ pub(super) struct Bvh {
 impl Bvh {
     pub(super) fn new(mesh: &TriangleMesh, spec: &GridSpec, sample_offset: [f32; 3]) -> Self {
         let center = spec.center().map(f64::from);
-        let scale = scale(mesh, spec);
+        let half_extents = spec.half_extents().map(f64::from);
+        let scale = scale(mesh, center, half_extents.into_iter().fold(0.0, f64::max));
         let quantize = |v: f64| (v * scale).round() as i32;
-        let to_lattice =
-            |p: [f32; 3]| std::array::from_fn(|x| quantize(f64::from(p[x]) - center[x]));
-        let triangles = distinct(mesh.corners().map(|t| t.map(to_lattice)).collect());
-        let bvh = (!triangles.is_empty()).then(|| build(&triangles));
-        let (nodes, order) = bvh.as_ref().map(flatten).unwrap_or_default();
-        let corners = order.iter().map(|&t| triangles[t as usize]).collect();
         let offset = sample_offset.map(f64::from);
         let samples = (0..3).flat_map(|x| {
             (0..spec.resolution()[x])
                 .map(move |i| quantize(spec.sample_from_center([i; 3], offset)[x]))
         });
         Self {
+            samples: samples.collect(),
+            ..Self::of_mesh(mesh, center, scale)
+        }
+    }
+
+    /// Returns the BVH for rays from points, without samples, and the center and the scale of the
+    /// lattice.
+    pub(super) fn of_points(
+        mesh: &TriangleMesh,
+        points: &[SurfacePoint],
+    ) -> (Self, ([f64; 3], f64)) {
+        let center = mesh.bounds().center().map(f64::from);
+        let from_center = |p: &SurfacePoint| {
+            let distances = [0, 1, 2].map(|x| (p.position[x] - center[x]).abs());
+            distances.into_iter().fold(0.0, f64::max)
+        };
+        let farthest = points.iter().map(from_center).fold(0.0, f64::max);
+        let scale = scale(mesh, center, farthest);
+        (Self::of_mesh(mesh, center, scale), (center, scale))
+    }
+
+    fn of_mesh(mesh: &TriangleMesh, center: [f64; 3], scale: f64) -> Self {
+        let to_lattice = |p: [f32; 3]| quantized(p.map(f64::from), center, scale);
+        let triangles = distinct(mesh.corners().map(|t| t.map(to_lattice)).collect());
+        let bvh = (!triangles.is_empty()).then(|| build(&triangles));
+        let (nodes, order) = bvh.as_ref().map(flatten).unwrap_or_default();
+        let corners = order.iter().map(|&t| triangles[t as usize]).collect();
+        Self {
             nodes,
             corners,
-            samples: samples.collect(),
+            samples: vec![],
             scale,
         }
     }
 }
 
-/// Returns the scale of the lattice: the power of two that brings all coordinates within ±2²⁹.
-fn scale(mesh: &TriangleMesh, spec: &GridSpec) -> f64 {
+/// Returns a position on the lattice.
+pub(super) fn quantized(position: [f64; 3], center: [f64; 3], scale: f64) -> [i32; 3] {
+    [0, 1, 2].map(|x| ((position[x] - center[x]) * scale).round() as i32)
+}
+
+/// Returns the scale of the lattice: the power of two that brings the mesh and what is within a distance
+/// of the center along each axis within ±2²⁹.
+fn scale(mesh: &TriangleMesh, center: [f64; 3], distance: f64) -> f64 {
     let bounds = mesh.bounds();
-    let extent = |x: usize| {
-        let center = f64::from(spec.center()[x]);
-        let mesh_extents = [bounds.min[x], bounds.max[x]].map(|v| (f64::from(v) - center).abs());
-        // Samples lie within the grid's box.
-        mesh_extents[0]
-            .max(mesh_extents[1])
-            .max(f64::from(spec.half_extents()[x]))
-    };
-    let extent = extent(0).max(extent(1)).max(extent(2));
+    let corners = [bounds.min, bounds.max].into_iter();
+    let extents = corners.flat_map(|p| [0, 1, 2].map(|x| (f64::from(p[x]) - center[x]).abs()));
+    let extent = extents.fold(distance, f64::max);
     (f64::from(COORDINATE_BITS) - extent.log2().ceil()).exp2()
 }
 

@@ -1,10 +1,12 @@
-// The WGSL of `docs/runtime.md` and `README.md`, each block in a function that takes what the block
+// The WGSL of `docs/*.md` and `README.md`, each block in a function that takes what the block
 // does not declare. Behind the library and the tile lists of bind group 1.
 
 @group(0) @binding(0) var<storage, read> occluders: array<AogridOccluder>;
 @group(0) @binding(1) var grid: texture_3d<f32>;
 @group(0) @binding(2) var table: texture_2d<f32>;
 @group(0) @binding(3) var linear_clamp: sampler;
+@group(0) @binding(4) var sky: texture_2d<f32>;
+@group(0) @binding(5) var sky_sampler: sampler;
 
 fn in_your_own_shader(
     count: u32, world_position: vec3f, unit_normal: vec3f, ambient: vec3f, direct: vec3f,
@@ -53,4 +55,16 @@ fn using_a_grid(
     ambient *= aogrid_cone(occluder, grid, table, linear_clamp, world_position, unit_normal);
     // End.
     return ambient;
+}
+
+fn on_a_baked_surface(
+    environment: AogridEnvironment, normal: vec3f, accessibility: f32, bent_normal: vec3f,
+    neighbors: vec4f,
+) -> vec3f {
+    // docs/surface.md, "Shading with it":
+    // Behind SHADING, ENVIRONMENT and SURFACE; the accumulated neighbors are (0, 0, 0, 1) without any.
+    let open_cone = aogrid_open_cone(accessibility, bent_normal);
+    let light = aogrid_surface_light(environment, sky, sky_sampler, neighbors, normal, accessibility, open_cone);
+    // End.
+    return light;
 }

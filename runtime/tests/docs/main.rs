@@ -4,6 +4,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use aogrid_runtime::wgsl::{ENVIRONMENT, SHADING, SURFACE};
+
 /// The blocks of Rust, which are compiled and not run.
 #[allow(dead_code, reason = "it only has to compile")]
 mod guide;
@@ -93,7 +95,7 @@ fn every_block_of_code_is_compiled() {
 #[test]
 fn the_shaders_of_the_guide_are_valid() {
     let lists = aogrid_runtime::wgsl::tile_lists(1);
-    let source = [aogrid_runtime::wgsl::SHADING, &lists, GUIDE_WGSL].concat();
+    let source = [SHADING, ENVIRONMENT, SURFACE, &lists, GUIDE_WGSL].concat();
     let module = naga::front::wgsl::parse_str(&source)
         .unwrap_or_else(|error| panic!("{}", error.emit_to_string(&source)));
     let mut validator = naga::valid::Validator::new(

@@ -33,6 +33,7 @@ const LIBRARY: &str = concat!(
     include_str!("../../src/lookup.wgsl"),
     include_str!("../../src/shading.wgsl"),
     include_str!("../../src/environment.wgsl"),
+    include_str!("../../src/surface.wgsl"),
     include_str!("../../src/volumes.wgsl")
 );
 
@@ -86,7 +87,12 @@ fn every_shader_file_is_tested() {
 
 #[test]
 fn the_library_binds_nothing_and_uses_only_prefixed_names() {
-    let parts = [wgsl::SHADING, wgsl::ENVIRONMENT, wgsl::VOLUMES];
+    let parts = [
+        wgsl::SHADING,
+        wgsl::ENVIRONMENT,
+        wgsl::SURFACE,
+        wgsl::VOLUMES,
+    ];
     assert_eq!(LIBRARY, parts.concat());
     let module = parse("library", LIBRARY);
     assert!(module.global_variables.is_empty(), "it binds something");
@@ -108,6 +114,7 @@ fn every_function_has_a_cpu_twin_of_the_same_name() {
         include_str!("../../src/lookup.rs"),
         include_str!("../../src/shading.rs"),
         include_str!("../../src/environment.rs"),
+        include_str!("../../src/surface.rs"),
         include_str!("../../src/volumes/twin.rs"),
     ]
     .concat();

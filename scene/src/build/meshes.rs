@@ -7,6 +7,7 @@ use aogrid_bake_core::mesh::{
     AnimationTime, GltfError, LoadError, LoadedMesh, MeshFile, Part, PartMesh, Pose,
 };
 use aogrid_bake_core::models::{Model, to_obj};
+use aogrid_bake_core::surface::SurfaceOptions;
 use aogrid_bake_core::{BakeOptions, Extent, Placement, Preset, TriangleMesh};
 use aogrid_grid_format::{BoundaryMode, Encoding, Sampling, Source as MeshSource};
 use toml::Spanned;
@@ -16,7 +17,13 @@ use crate::error::Context;
 use crate::paths::resolve;
 use crate::schema::{GridFile, MeshFile as MeshEntry, PoseFile};
 use crate::values::Whole;
-use crate::{GridSource, SceneMesh};
+use crate::{GridSource, SceneMesh, SurfaceSource};
+
+/// The origins of what a mesh needs in modes.
+struct Made {
+    grid: GridSource,
+    surface: SurfaceSource,
+}
 
 /// A mesh as loaded, posed if the scene says so.
 struct Geometry {
@@ -32,7 +39,10 @@ impl Builder<'_> {
         if self.named.contains_key(file.name.get_ref()) {
             return Err(self.duplicate_name(&file.name, "mesh"));
         }
-        let grid = self.grid(&file)?;
+        let made = Made {
+            grid: self.grid(&file)?,
+            surface: self.surface(&file)?,
+        };
         let geometry = self.load_mesh(&file, &span)?;
         let loaded = &geometry.loaded;
         let warnings = loaded.warnings.iter();
@@ -48,7 +58,7 @@ impl Builder<'_> {
                 let name = format!("{name}/{part}");
                 // Parts that share a mesh share its grid.
                 let source = loaded.mesh.parts()[of_part.same_as].name.clone();
-                self.push_mesh(name, &of_part, bind, loaded, Some(source), &grid);
+                self.push_mesh(name, &of_part, bind, loaded, Some(source), &made);
             }
         } else if let Some(part) = &file.part {
             let parts = loaded.mesh.parts();
@@ -64,11 +74,11 @@ impl Builder<'_> {
             };
             let bind = self.bind_part(&geometry, idx, &span)?;
             let part = Some(part.get_ref().clone());
-            self.push_mesh(name.clone(), &of_part, bind, loaded, part, &grid);
+            self.push_mesh(name.clone(), &of_part, bind, loaded, part, &made);
         } else {
             let whole = PartMesh::whole(loaded.mesh.clone());
             let bind = geometry.bind.as_ref().map(|bind| bind.mesh.clone().into());
-            self.push_mesh(name.clone(), &whole, bind, loaded, None, &grid);
+            self.push_mesh(name.clone(), &whole, bind, loaded, None, &made);
         }
         let named = NamedMesh {
             first,
@@ -109,7 +119,7 @@ impl Builder<'_> {
         bind: Option<Arc<TriangleMesh>>,
         loaded: &LoadedMesh,
         part: Option<String>,
-        grid: &GridSource,
+        made: &Made,
     ) {
         self.meshes.push(SceneMesh {
             name,
@@ -121,7 +131,8 @@ impl Builder<'_> {
             mesh: part_mesh.mesh.clone(),
             bind: bind.filter(|bind| *bind != part_mesh.mesh),
             pose: part_mesh.pose,
-            grid: grid.clone(),
+            grid: made.grid.clone(),
+            surface: made.surface.clone(),
         });
     }
 
@@ -247,6 +258,33 @@ impl Builder<'_> {
         let options = bake_options(grid).map_err(error)?;
         options.validate().map_err(|e| error(&e.to_string()))?;
         Ok(GridSource::Bake(placement, options))
+    }
+
+    fn surface(&self, file: &MeshEntry) -> crate::Result<SurfaceSource> {
+        let Some(spanned) = &file.surface else {
+            return Ok(SurfaceSource::Bake(SurfaceOptions::recommended()));
+        };
+        let surface = spanned.get_ref();
+        let error = |message: &str| self.source.error_at(spanned, "mesh.surface", message);
+        if let Some(name) = &surface.file {
+            if surface.rays.is_some() || surface.weights.is_some() {
+                return Err(error(
+                    "with `file` there is nothing to bake: leave out the other keys",
+                ));
+            }
+            if file.parts == Some(true) || file.part.is_some() {
+                return Err(error(
+                    "a file has the surface of the whole mesh: leave out `parts` and `part`",
+                ));
+            }
+            return Ok(SurfaceSource::File(resolve(self.source.path, name)));
+        }
+        let default = SurfaceOptions::recommended();
+        Ok(SurfaceSource::Bake(SurfaceOptions {
+            rays: surface.rays.map_or(default.rays, |n| n.0),
+            weights: surface.weights.map_or(default.weights, Into::into),
+            ..default
+        }))
     }
 }
 

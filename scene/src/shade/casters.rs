@@ -24,6 +24,9 @@ pub(super) enum GridShading {
     Merge,
     /// Clips the cone, and takes the mean of merging and multiplying it with those before it.
     Mean,
+    /// Clips the cone and multiplies, but for receivers on the occluder itself, which have a bake of
+    /// their surface.
+    Neighbors,
 }
 
 /// A casting instance with its grid, ready for look-ups.
@@ -34,12 +37,23 @@ pub(super) struct Caster<'a> {
     pub posed: aogrid_runtime::Instance,
     /// The occluder in the form that the runtime's CPU twin reads.
     pub occluder: AogridOccluder,
+    /// Whether receivers on the occluder itself are left out.
+    excludes_itself: bool,
 }
 
 impl Caster<'_> {
     /// Whether the instance shades a receiver with this id and these layers.
     pub(super) fn casts_on(&self, id: u32, layers: u32) -> bool {
-        self.instance.casts_on_receiver(id, layers)
+        let is_left_out = self.excludes_itself && id == self.instance.id;
+        !is_left_out && self.instance.casts_on_receiver(id, layers)
+    }
+
+    /// Returns the ids of receivers that it does not cast on.
+    pub(super) fn excludes(&self) -> Vec<u32> {
+        let own = self.excludes_itself.then_some(self.instance.id);
+        let others = self.instance.excludes.iter().copied();
+        let others = others.filter(|id| Some(*id) != own);
+        others.chain(own).collect()
     }
 
     /// Returns the look-up of the grid by a receiver with this id.
@@ -82,6 +96,7 @@ pub(super) fn casters<'a>(
             grid,
             posed,
             occluder,
+            excludes_itself: shading == GridShading::Neighbors,
         })
     };
     let named = |instance| caster(instance).with_context(|| describe(input, instance));

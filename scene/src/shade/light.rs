@@ -11,10 +11,12 @@ use aogrid_runtime::environment::{aogrid_glossy, aogrid_lambertian};
 use aogrid_runtime::shading::{
     aogrid_cone_with_axis_at, aogrid_mean, aogrid_merge, aogrid_multiply,
 };
+use aogrid_runtime::surface::aogrid_surface_light;
 use aogrid_runtime::{AogridEnvironment, CpuTexture, EnvironmentMap};
 use rayon::prelude::*;
 
 use super::casters::{Caster, GridShading, any_mesh, casters};
+use super::own_surface::{OwnSurface, own_surfaces};
 use super::{ShadeInput, Shaded, glossy};
 use crate::error::{Context, Result, bail, ensure};
 use crate::reference::Receiver;
@@ -86,6 +88,22 @@ impl<'a> EnvironmentLight<'a> {
             ),
         }
     }
+
+    /// Returns the radiance that receiver `idx` reflects if it is white, given the accumulated occlusion
+    /// of its neighbors and its own surface's bake. Of a lobe the bake knows no direction.
+    fn light_on(&self, idx: usize, neighbors: [f32; 4], own: &OwnSurface) -> [f32; 3] {
+        if self.lobes[idx].is_some() {
+            return self.light(idx, neighbors).map(|c| own.accessibility * c);
+        }
+        aogrid_surface_light(
+            &self.environment,
+            &self.map,
+            neighbors,
+            self.receivers[idx].normal.map(|x| x as f32),
+            own.accessibility,
+            &own.cone(),
+        )
+    }
 }
 
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -95,10 +113,22 @@ pub(super) fn shade(input: &ShadeInput<'_>, shading: GridShading) -> Result<Shad
     let environment_light = EnvironmentLight::new(input)?;
     let casters = casters(input, shading, any_mesh)?;
     let occlusion = occlusion(input, &casters, shading)?;
+    let own = match shading {
+        GridShading::Neighbors => Some(own_surfaces(input)?),
+        _ => None,
+    };
+    let own = own.as_deref();
     let pairs = occlusion.par_iter().enumerate();
-    let light = pairs.map(|(idx, &occlusion)| environment_light.light(idx, occlusion));
+    let light = pairs.map(|(idx, &occlusion)| match own {
+        Some(own) => environment_light.light_on(idx, occlusion, &own[idx]),
+        None => environment_light.light(idx, occlusion),
+    });
+    let accessibility = |idx: usize| own.map_or(1.0, |own| own[idx].accessibility);
+    let pairs = occlusion.iter().enumerate();
     Ok(Shaded {
-        occlusion: occlusion.iter().map(|[.., t]| 1.0 - t).collect(),
+        occlusion: pairs
+            .map(|(idx, [.., t])| 1.0 - accessibility(idx) * t)
+            .collect(),
         occlusion_error: None,
         light: Some(light.collect()),
         light_error: None,
@@ -151,7 +181,9 @@ fn occlusion(
                 occlusion = match shading {
                     GridShading::Merge => aogrid_merge(occlusion, cone, &overlaps),
                     GridShading::Mean => aogrid_mean(occlusion, cone, &overlaps),
-                    GridShading::Occlusion | GridShading::Cone => aogrid_multiply(occlusion, cone),
+                    GridShading::Occlusion | GridShading::Cone | GridShading::Neighbors => {
+                        aogrid_multiply(occlusion, cone)
+                    }
                 };
             }
         }

@@ -133,7 +133,10 @@ impl Textured<'_> {
         let on_itself = id == self.caster.instance.id;
         let Caster { occluder, grid, .. } = self.caster;
         match (shading, grid.encoding().has_direction()) {
-            (GridShading::Cone | GridShading::Merge | GridShading::Mean, _) => {
+            (
+                GridShading::Cone | GridShading::Merge | GridShading::Mean | GridShading::Neighbors,
+                _,
+            ) => {
                 let lookup = self.caster.lookup(id, p, n);
                 let table = &tables.transmittance;
                 match lookup.is_reached {

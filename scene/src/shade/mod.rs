@@ -3,6 +3,7 @@
 //! A [`Mode`] turns a [`ShadeInput`] into a [`Shaded`]: an entry for each receiver of the
 //! [`Target`]. A new mode is a file here with a `MODE`, and its entry in [`ALL`].
 
+mod accessibility;
 mod casters;
 mod cone;
 mod environment;
@@ -13,7 +14,10 @@ mod lookups;
 mod mean;
 mod merge;
 mod occlusion;
+mod own_surface;
 mod raster;
+mod surface_cone;
+mod surface_environment;
 mod target;
 mod triangles;
 mod truth;
@@ -23,9 +27,12 @@ mod volumes_cone;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ops::ControlFlow;
+use std::rc::Rc;
 
 use aogrid_bake_core::Progress;
 use aogrid_runtime::wgpu;
+
+use own_surface::OwnSurface;
 
 use crate::error::Result;
 use crate::reference::Environment;
@@ -34,7 +41,7 @@ use crate::{Grids, Instance, Scene};
 pub use target::{Shaded, Target};
 
 /// Every mode.
-pub const ALL: [&Mode; 9] = [
+pub const ALL: [&Mode; 12] = [
     &truth::MODE,
     &occlusion::MODE,
     &cone::MODE,
@@ -42,6 +49,9 @@ pub const ALL: [&Mode; 9] = [
     &mean::MODE,
     &environment::MODE,
     &environment_merge::MODE,
+    &accessibility::MODE,
+    &surface_cone::MODE,
+    &surface_environment::MODE,
     &volumes::MODE,
     &volumes_cone::MODE,
 ];
@@ -74,6 +84,8 @@ pub struct ShadeInput<'a> {
     pub stages: Stages<'a>,
     /// The grids that some mode has asked for, shared by the modes.
     grids: RefCell<Grids>,
+    /// The surface bakes at the receivers, if some mode has asked for them.
+    own_surfaces: RefCell<Option<Rc<Vec<OwnSurface>>>>,
     instances: InstancesById<'a>,
 }
 
@@ -131,6 +143,7 @@ impl<'a> ShadeInput<'a> {
             gpu: None,
             stages: &|_| Box::new(aogrid_bake_core::UNOBSERVED),
             grids: RefCell::default(),
+            own_surfaces: RefCell::default(),
             instances: InstancesById::new(scene),
         }
     }

@@ -25,6 +25,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use aogrid_bake_core::models::{Model, to_obj};
+use aogrid_bake_core::surface::SurfaceOptions;
 use aogrid_bake_core::{Progress, TriangleMesh, mesh};
 use aogrid_grid_format::{Grid, Source};
 use glam::DVec3;
@@ -33,7 +34,9 @@ use serde::Serialize;
 use crate::error::{Context, Result, bail};
 use crate::reference::ReferenceOptions;
 use crate::shade::{Mode, ShadeInput, Stages, Target};
-use crate::{GridSource, Instance, Material, Scene, SceneMesh, VolumeSettings, paths};
+use crate::{
+    GridSource, Instance, Material, Scene, SceneMesh, SurfaceSource, VolumeSettings, paths,
+};
 
 pub use areas::Area;
 use poses::{Pose, poses};
@@ -319,6 +322,7 @@ fn scene_of(subject: &Subject, pose: &Pose, grid: &GridSource) -> Scene {
             pose: mesh::Pose::IDENTITY,
             source: subject.source.clone(),
             grid: grid.clone(),
+            surface: SurfaceSource::Bake(SurfaceOptions::recommended()),
         }],
         materials: vec![Material {
             name: "white".to_owned(),

@@ -30,6 +30,8 @@ mod scene_errors;
 mod shade;
 /// Baking surfaces.
 mod surface;
+/// Textures of surface bakes.
+mod surface_textures;
 /// T_clip and T_merge: generating, checking, measuring, exporting.
 mod tables;
 

@@ -10,7 +10,7 @@ use super::odd_inputs::limited;
 use super::{fails, ok, one_line_error, run, with_sample};
 
 /// Returns the number after `key` in a JSON report.
-fn number(report: &str, key: &str) -> f64 {
+pub(super) fn number(report: &str, key: &str) -> f64 {
     let report: Value = serde_json::from_str(report).unwrap();
     report[key].as_f64().unwrap_or_else(|| panic!("{key}"))
 }
@@ -143,7 +143,7 @@ fn textures_have_values_and_bent_normals() {
 }
 
 /// A floor whose texture shows it from above, with a wall along the picture's upper edge.
-fn floor_and_wall() -> Vec<u8> {
+pub(super) fn floor_and_wall() -> Vec<u8> {
     let positions: [[f32; 3]; 8] = [
         [0.0, 0.0, 0.0],
         [0.0, 0.0, 1.0],
@@ -214,7 +214,7 @@ fn bent_normals_lean_away_from_a_wall() {
 }
 
 /// Returns the JSON of a GLB file.
-fn json(path: &Path) -> Value {
+pub(super) fn json(path: &Path) -> Value {
     let bytes = fs::read(path).unwrap();
     let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
     serde_json::from_slice(&bytes[20..20 + length]).unwrap()

@@ -4,7 +4,6 @@ mod format;
 mod gltf;
 mod large_polygon;
 mod obj;
-mod obj_lines;
 mod parts;
 mod ply;
 mod polygon;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::gltf::GltfError;
-use super::{Content, LoadedMesh, MeshFile, Pose};
+use super::{Content, LoadError, LoadedMesh, MeshFile, Pose, obj};
 
 /// A primitive of a glTF file where a node poses it.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,9 +21,44 @@ pub struct PosedPrimitive {
 }
 
 impl MeshFile {
+    /// Parses the mesh so that each vertex has one position and one pair of texture coordinates: an OBJ
+    /// file has them apart.
+    ///
+    /// # Errors
+    ///
+    /// The file is malformed, needs what is not supported, or is an OBJ file without texture coordinates.
+    pub fn parse_textured(&self) -> Result<LoadedMesh, LoadError> {
+        match &self.content {
+            Content::Obj(bytes) => Ok(self.loaded(obj::parse_textured(bytes)?.parsed)),
+            _ => self.parse(),
+        }
+    }
+
+    /// Returns the texture coordinates and the normals of an OBJ file's vertices, as
+    /// [`MeshFile::parse_textured`] has them: v downward, and zero for vertices without a normal. `None` for
+    /// other formats.
+    ///
+    /// # Errors
+    ///
+    /// The file is malformed, or has no texture coordinates.
+    #[expect(
+        clippy::type_complexity,
+        reason = "two lists, one of which may be missing"
+    )]
+    pub fn obj_attributes(
+        &self,
+    ) -> Result<Option<(Vec<[f32; 2]>, Option<Vec<[f32; 3]>>)>, LoadError> {
+        match &self.content {
+            Content::Obj(bytes) => {
+                let textured = obj::parse_textured(bytes)?;
+                Ok(Some((textured.coordinates, textured.normals)))
+            }
+            _ => Ok(None),
+        }
+    }
+
     /// Returns the normals of all vertices of `loaded`, which was parsed from this file, in the frame of
-    /// the whole; zero for vertices without one. `None` if there are none at all, or the format's are not
-    /// read: only those of glTF are.
+    /// the whole; zero for vertices without one. `None` if there are none at all, or the file is no glTF.
     ///
     /// # Errors
     ///
@@ -47,8 +82,7 @@ impl MeshFile {
     }
 
     /// Returns the texture coordinates of all vertices of `loaded`, which was parsed from this file: its
-    /// set `set`, the attribute `TEXCOORD_0` for 0. `None` if the format's are not read: only those of
-    /// glTF are.
+    /// set `set`, the attribute `TEXCOORD_0` for 0. `None` if the file is no glTF.
     ///
     /// # Errors
     ///
@@ -94,6 +128,37 @@ impl MeshFile {
             }
         }
         Ok(Some(all))
+    }
+
+    /// Returns the numbers of the attribute `scalars` and the directions of the attribute `normals`, in the
+    /// frame of the whole, of all vertices of `loaded`, which was parsed from this file. `None` unless all
+    /// primitives have both. The names begin with an underscore.
+    ///
+    /// # Errors
+    ///
+    /// An accessor is malformed.
+    pub fn own_attributes(
+        &self,
+        loaded: &LoadedMesh,
+        [scalars, normals]: [&str; 2],
+    ) -> Result<Option<Vec<(f32, [f32; 3])>>, GltfError> {
+        let Content::Gltf(file) = &self.content else {
+            return Ok(None);
+        };
+        let mut all = vec![(0.0, [0.0; 3]); loaded.mesh.positions().len()];
+        for posed in &loaded.primitives {
+            let numbers = file.own::<1>(posed.mesh, posed.primitive, scalars)?;
+            let directions = file.own::<3>(posed.mesh, posed.primitive, normals)?;
+            let (Some(numbers), Some(directions)) = (numbers, directions) else {
+                return Ok(None);
+            };
+            let to = all[posed.vertices.clone()].iter_mut();
+            for (to, ([number], direction)) in to.zip(numbers.into_iter().zip(directions)) {
+                let direction = posed.pose.normal(direction);
+                *to = (number as f32, direction.map(|v| v as f32));
+            }
+        }
+        Ok((!loaded.primitives.is_empty()).then_some(all))
     }
 
     /// Returns the colors of the vertices of a glTF primitive, the attribute `COLOR_0` with an alpha of 1

@@ -1,13 +1,18 @@
 //! GLB files with baked attributes: the file that came in, with what is new [spliced in](crate::glb).
 
+mod read;
 #[cfg(test)]
 mod tests;
+mod texture;
 
 use std::collections::HashMap;
 use std::ops::Range;
 
 use crate::glb::{Edits, GlbError, Splice, extras};
 use crate::mesh::PosedPrimitive;
+
+pub use read::surface_of_glb;
+pub use texture::{GlbTexture, add_texture_to_glb};
 
 /// The attribute of accessibility, a float.
 pub const ACCESSIBILITY: &str = "_ACCESSIBILITY";
@@ -44,7 +49,7 @@ pub fn add_to_glb(
     for of_node in values.chunk_by(|a, b| a.primitive.node == b.primitive.node) {
         editor.node(of_node)?;
     }
-    editor.record(record)?;
+    set_record(&mut editor.splice, record)?;
     editor.finish()
 }
 
@@ -142,18 +147,6 @@ impl<'a> Editor<'a> {
         self.n_accessors + self.accessors.len() - 1
     }
 
-    /// Sets the record in the extras of the asset, unless its extras are no object.
-    fn record(&mut self, record: &str) -> Result<(), GlbError> {
-        let Splice {
-            text, root, edits, ..
-        } = &mut self.splice;
-        let asset = text.member(root, "asset");
-        let asset = asset.ok_or(GlbError::Missing("asset"))?;
-        let new = extras(text, edits, &asset, record.to_owned());
-        edits.set(text, &asset, new.as_slice());
-        Ok(())
-    }
-
     fn finish(self) -> Result<Vec<u8>, GlbError> {
         let lists = [
             ("accessors", &self.accessors[..]),
@@ -161,4 +154,16 @@ impl<'a> Editor<'a> {
         ];
         self.splice.finish(&lists)
     }
+}
+
+/// Sets the record in the extras of the asset, unless its extras are no object.
+fn set_record(splice: &mut Splice<'_>, record: &str) -> Result<(), GlbError> {
+    let Splice {
+        text, root, edits, ..
+    } = splice;
+    let asset = text.member(root, "asset");
+    let asset = asset.ok_or(GlbError::Missing("asset"))?;
+    let new = extras(text, edits, &asset, record.to_owned());
+    edits.set(text, &asset, new.as_slice());
+    Ok(())
 }

@@ -130,3 +130,63 @@ fn files_that_cannot_be_edited_are_refused() {
         }
     }
 }
+
+#[test]
+fn a_texture_goes_to_the_materials_of_what_is_baked() {
+    let bytes = glb();
+    let (_, loaded) = load(&bytes);
+    let picture = GlbTexture {
+        png: b"picture",
+        set: 1,
+    };
+    let add = |bytes: &[u8]| add_texture_to_glb(bytes, &loaded.primitives, picture, "7").unwrap();
+    let out = add(&bytes);
+    let new = json(&out);
+    let expected = serde_json::json!({"index": 0, "texCoord": 1});
+    // Without a material it gets one, which both nodes share with the mesh.
+    assert_eq!(new["meshes"][0]["primitives"][0]["material"], 0);
+    assert_eq!(
+        new["materials"],
+        serde_json::json!([{"occlusionTexture": expected}])
+    );
+    assert_eq!(new["asset"]["extras"]["aogrid"], 7);
+    let view = new["images"][0]["bufferView"].as_u64().unwrap() as usize;
+    let offset = new["bufferViews"][view]["byteOffset"].as_u64().unwrap() as usize;
+    let bin = Container::new(&out).unwrap().bin.unwrap();
+    assert_eq!(&bin[offset..offset + 7], b"picture");
+    assert_eq!(new["accessors"], json(&bytes)["accessors"]);
+    // A second bake replaces the texture of the material.
+    let again = json(&add(&out));
+    let texture = &again["materials"][0]["occlusionTexture"];
+    assert_eq!(
+        (
+            &texture["index"],
+            again["materials"].as_array().unwrap().len()
+        ),
+        (&1.into(), 1)
+    );
+}
+
+#[test]
+fn a_material_of_others_is_copied() {
+    let more = r#""materials":[{"name":"m","doubleSided":true},{}], "accessors""#;
+    let meshes = r#"COLOR_0":1},"material":0}]}, {"primitives":[{"attributes":{"POSITION":0},"material":0}]} ]"#;
+    let json_text = JSON
+        .replace(r#""accessors""#, more)
+        .replace(r#"COLOR_0":1}}]} ]"#, meshes);
+    let bytes = glb();
+    let container = Container::new(&bytes).unwrap();
+    let bytes = container
+        .with(json_text.into_bytes(), container.bin.unwrap().to_vec())
+        .unwrap();
+    let (_, loaded) = load(&bytes);
+    let picture = GlbTexture { png: b"p", set: 0 };
+    let out = add_texture_to_glb(&bytes, &loaded.primitives, picture, "7").unwrap();
+    let new = json(&out);
+    let texture = serde_json::json!({"index": 0, "texCoord": 0});
+    let copy = serde_json::json!({"name": "m", "doubleSided": true, "occlusionTexture": texture});
+    assert_eq!(new["materials"][2], copy);
+    assert_eq!(new["materials"][0], json(&bytes)["materials"][0]);
+    let material = |mesh: usize| &new["meshes"][mesh]["primitives"][0]["material"];
+    assert_eq!((material(0), material(1)), (&2.into(), &0.into()));
+}

@@ -54,6 +54,25 @@ pub struct TexelPoints {
     pub flat: usize,
 }
 
+impl TexelPoints {
+    /// Keeps the points whose entry is true.
+    ///
+    /// # Panics
+    ///
+    /// If there is not an entry for each point.
+    pub fn retain(&mut self, kept: &[bool]) {
+        assert_eq!(kept.len(), self.points.len(), "an entry for each point");
+        fn filter<T>(list: &mut Vec<T>, kept: &[bool]) {
+            let mut kept = kept.iter();
+            list.retain(|_| kept.next().is_some_and(|kept| *kept));
+        }
+        filter(&mut self.points, kept);
+        filter(&mut self.texels, kept);
+        filter(&mut self.triangles, kept);
+        filter(&mut self.weights, kept);
+    }
+}
+
 /// The squared distances that stand for a sample within one triangle, and within several.
 const WITHIN: f32 = -1.0;
 const OVERLAPPED: f32 = -2.0;

@@ -163,6 +163,7 @@ impl Job<'_> {
             vertices,
             triangles: &self.scaled.triangles,
             reach: (self.options.reach() * self.scaled.scale) as f32,
+            fronts_alone: self.options.ignore_backfaces,
         };
         simd::test(&triangles, bins);
         for (idx, state) in bins.states() {

@@ -31,6 +31,8 @@ pub(super) struct Projected<'a> {
     pub triangles: &'a [[u32; 3]],
     /// The maximum distance, infinite for none.
     pub reach: f32,
+    /// Whether triangles occlude from their front alone.
+    pub fronts_alone: bool,
 }
 
 impl Projected<'_> {
@@ -70,6 +72,9 @@ impl Projected<'_> {
                 }
             }
             for (is_opposite, max_z) in [(false, max_z[0]), (true, max_z[1])] {
+                if self.fronts_alone && !test.is_sliver && test.faces_along == !is_opposite {
+                    continue;
+                }
                 let points = bins.row_points(row, cells, is_opposite, max_z);
                 if points.is_empty() {
                     continue;
@@ -158,6 +163,9 @@ pub(super) struct Test {
     pub reach: [f32; 2],
     /// Whether det is too small for its sign to be certain.
     is_sliver: bool,
+    /// Whether the triangle faces along the direction, so that points see its back; certain unless it is a
+    /// sliver.
+    faces_along: bool,
 }
 
 /// The depths of a triangle with the sign of a side.
@@ -174,7 +182,8 @@ impl Test {
         let minus = |p: [f32; 3]| [p[0] - a[0], p[1] - a[1], p[2] - a[2]];
         let [mut b, mut c] = [minus(b), minus(c)];
         let mut det = b[0] * c[1] - b[1] * c[0];
-        if det < 0.0 {
+        let faces_along = det >= 0.0;
+        if !faces_along {
             (b, c, det) = (c, b, -det);
         }
         let m = max(hi[0] - lo[0], hi[1] - lo[1]) + PADDING;
@@ -196,6 +205,7 @@ impl Test {
             depth_bound,
             reach: [reach * det, SLACK * reach * (edge_bound + 3.0 * E * det)],
             is_sliver: det <= 4.0 * edge_bound,
+            faces_along,
         }
     }
 

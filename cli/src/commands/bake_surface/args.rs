@@ -8,13 +8,13 @@ use aogrid_baker_cpu::SurfaceKernel;
 use clap::ValueEnum;
 
 use crate::commands::bake::{in_range, named};
-use crate::commands::render::positive;
+use crate::commands::render::{BackendArg, positive};
 
 /// Bake accessibility and bent normals onto a model's surface: at vertices, faces or texels
 ///
 /// Accessibility is the share of the hemisphere over a point that no surface hides, the bent normal the
 /// mean of the open directions. A GLB is written as it was, with both as attributes of its vertices; a
-/// PLY holds the mesh alone; a PNG or EXR is a texture.
+/// PLY holds the mesh alone; a PNG or EXR is a texture, and so is what --at texels puts into a GLB.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -24,8 +24,8 @@ pub(crate) struct Args {
     /// The file to write: .glb, .ply, .png or .exr
     #[arg(short, long, value_name = "OUT")]
     pub out: PathBuf,
-    /// Place of the values; those of faces need a PLY, those of texels a PNG or EXR [default: texels for
-    /// a PNG or EXR, else vertices]
+    /// Place of the values; those of faces need a PLY, those of texels a PNG, EXR or GLB, whose
+    /// materials get the occlusion texture [default: texels for a PNG or EXR, else vertices]
     #[arg(long, value_enum)]
     pub at: Option<At>,
     /// Values of a vertex: the mean over its faces by their area, the plain mean, as printed in the
@@ -57,12 +57,27 @@ pub(crate) struct Args {
     /// diagonal]
     #[arg(long, value_name = "D", value_parser = positive, allow_hyphen_values = true)]
     pub offset: Option<f64>,
+    /// Let faces occlude from their front alone, which they are counterclockwise from
+    #[arg(long)]
+    pub ignore_backfaces: bool,
     /// Let an endless ground below the bounding box, across +Y, occlude, too
     #[arg(long)]
     pub ground: bool,
     /// Models that occlude and are not baked, in the same coordinates
     #[arg(long, value_name = "MODEL", num_args = 1..)]
     pub occluders: Vec<PathBuf>,
+    /// A finer model in the same coordinates: points are moved onto its surface, and it occludes in place
+    /// of the model
+    #[arg(long, value_name = "MODEL")]
+    pub high: Option<PathBuf>,
+    /// Distance along normals, outward and inward, within which points are moved onto the finer model, in
+    /// the model's units [default: 0.02 of the bounding box's diagonal]
+    #[arg(long, value_name = "D", requires = "high", value_parser = positive, allow_hyphen_values = true)]
+    pub cage: Option<f64>,
+    /// Meshes that several nodes of a GLB pose: a copy for each, because each is occluded differently, or
+    /// shared, with the occlusion by itself alone [default: split]
+    #[arg(long, value_enum)]
+    pub instances: Option<Instances>,
     /// Multiply the vertices' colors by accessibility, for programs that show nothing else; it darkens
     /// direct light, too
     #[arg(long)]
@@ -79,7 +94,7 @@ pub(crate) struct Args {
     /// Texels by which charts grow, so that filters see no background [default: 16]
     #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(0..=1024))]
     pub dilate: Option<u32>,
-    /// PNG for the bent normals of texels, beside that of accessibility; an EXR has both
+    /// PNG for the bent normals of texels, beside the PNG or GLB of accessibility; an EXR has both
     #[arg(long, value_name = "PNG")]
     pub bent_normals: Option<PathBuf>,
     /// Frame of a texture's bent normals: the tangents of the file or else of MikkTSpace, or the mesh
@@ -90,6 +105,12 @@ pub(crate) struct Args {
     /// DirectX [default: gl]
     #[arg(long, value_enum)]
     pub convention: Option<Convention>,
+    /// Device that finds what is hidden: the CPU, or a GPU, by rays in shared directions
+    #[arg(long, value_enum, default_value_t = BackendArg::Cpu)]
+    pub backend: BackendArg,
+    /// GPU to use, by a part of its name; see `aogrid adapters`
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
     /// Replace files that exist
     #[arg(long)]
     pub force: bool,
@@ -105,7 +126,8 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Examples:
   aogrid bake-surface robot.glb -o robot-ao.glb --ground
-  aogrid bake-surface robot.glb -o robot-ao.png --size 2048 --bent-normals robot-bent.png
+  aogrid bake-surface robot.glb -o robot-ao.glb --at texels --size 2048
+  aogrid bake-surface low.obj -o low-ao.png --high sculpt.obj --bent-normals low-bent.png
   aogrid bake-surface assets/table.obj -o faces.ply --at faces --directions rejection --weights uniform";
 
 /// The place of values.
@@ -121,6 +143,13 @@ pub(crate) enum At {
 pub(crate) enum Space {
     Tangent,
     Object,
+}
+
+/// The values of a mesh that several nodes pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Instances {
+    Split,
+    Share,
 }
 
 /// The direction of a texture's green.
@@ -185,19 +214,25 @@ impl Args {
     /// Checks that the options of places fit the kind of output.
     fn check_place(&self, kind: OutputKind) -> anyhow::Result<()> {
         let shown = self.out.display();
-        let is_texture = matches!(kind, OutputKind::Png | OutputKind::Exr);
         let at = self.at(kind);
+        let is_texture = at == At::Texels;
         ensure!(
             !(at == At::Faces && kind != OutputKind::Ply),
             "{shown}: faces have values in a PLY only: leave out --at faces, or name a PLY"
         );
         ensure!(
-            (at == At::Texels) == is_texture,
-            "{shown}: texels are written to .png or .exr, and nothing else is: change --at or the name"
+            !(is_texture && kind == OutputKind::Ply)
+                && (is_texture || matches!(kind, OutputKind::Glb | OutputKind::Ply)),
+            "{shown}: texels are written to .png, .exr or .glb, and vertices to .glb or .ply: change --at \
+             or the name"
         );
         ensure!(
             at == At::Vertices || self.vertices.is_none(),
             "--vertices needs values at vertices: name a GLB or a PLY, without another --at"
+        );
+        ensure!(
+            self.instances.is_none() || (at == At::Vertices && kind == OutputKind::Glb),
+            "--instances is for the vertices of a GLB: leave it out, or name a GLB"
         );
         if let Some(option) = self.texel_options().filter(|_| !is_texture) {
             bail!("{shown}: {option} is for textures: leave it out, or name a PNG or EXR");
@@ -207,8 +242,8 @@ impl Args {
             "--color is for vertices and faces: leave it out; a texture has accessibility itself"
         );
         ensure!(
-            kind == OutputKind::Png || self.bent_normals.is_none(),
-            "--bent-normals goes with a PNG: leave it out; an EXR has them, too"
+            kind != OutputKind::Exr || self.bent_normals.is_none(),
+            "--bent-normals goes with a PNG or GLB: leave it out; an EXR has them, too"
         );
         ensure!(
             !(self.space == Some(Space::Object) && self.convention.is_some()),
@@ -226,6 +261,15 @@ impl Args {
             !(self.kernel == Kernel::Zbuffer && self.directions != Directions::Shared),
             "--kernel zbuffer needs shared directions: leave out --kernel or --directions"
         );
+        let is_for_cpu = [
+            (self.kernel == Kernel::Zbuffer, "--kernel zbuffer"),
+            (self.directions != Directions::Shared, "--directions"),
+            (self.ignore_backfaces, "--ignore-backfaces"),
+        ];
+        let needs_cpu = is_for_cpu.into_iter().find(|(is_given, _)| *is_given);
+        if let (BackendArg::Gpu, Some((_, option))) = (self.backend, needs_cpu) {
+            bail!("{option} is for the CPU: leave it out, or --backend gpu");
+        }
         Ok(())
     }
 
@@ -266,6 +310,7 @@ impl Args {
             weights: self.weights,
             max_distance: self.max_distance,
             ground: None,
+            ignore_backfaces: self.ignore_backfaces,
         }
     }
 

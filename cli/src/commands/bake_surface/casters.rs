@@ -1,13 +1,13 @@
 //! The triangles that occlude: the model's own, and those of other models.
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use anyhow::Context;
 use aogrid_bake_core::TriangleMesh;
-use aogrid_bake_core::mesh::{self, Part};
-use aogrid_bake_core::surface::SurfacePoint;
+use aogrid_bake_core::mesh::{self, MeshFile, Part};
+use aogrid_bake_core::surface::{SurfacePoint, VertexGroups};
 
-use super::file_name;
+use super::{Args, file_name};
 use crate::console::Console;
 
 /// The mesh that occludes.
@@ -17,24 +17,67 @@ pub(super) struct Casters {
     shift: [f64; 3],
     /// The names of the other models' files.
     pub names: Vec<String>,
+    /// The finer model that points are moved onto.
+    pub high: Option<High>,
+}
+
+/// A finer model, in the coordinates of its file.
+pub(super) struct High {
+    pub mesh: TriangleMesh,
+    pub groups: VertexGroups,
+    pub name: String,
+}
+
+impl High {
+    fn read(path: &Path, console: &Console) -> anyhow::Result<Self> {
+        let shown = path.display();
+        let file = MeshFile::read(path).with_context(|| shown.to_string())?;
+        // An OBJ file has normals apart from positions, which only its textured form joins.
+        let (loaded, normals) = match file.obj_attributes() {
+            Ok(Some((_, normals))) => (file.parse_textured(), normals),
+            _ => (file.parse(), None),
+        };
+        let loaded = loaded.with_context(|| shown.to_string())?;
+        let normals = match normals {
+            Some(normals) => Some(normals),
+            None => file.normals(&loaded).with_context(|| shown.to_string())?,
+        };
+        for warning in &loaded.warnings {
+            console.warning(&format!("{shown}: {warning}"));
+        }
+        Ok(Self {
+            groups: VertexGroups::new(&loaded.mesh, normals),
+            mesh: loaded.mesh,
+            name: file_name(path),
+        })
+    }
 }
 
 impl Casters {
     pub(super) fn new(
         model: &TriangleMesh,
-        others: &[PathBuf],
+        args: &Args,
         console: &Console,
     ) -> anyhow::Result<Self> {
+        let others = &args.occluders;
+        let high = match &args.high {
+            Some(path) => Some(High::read(path, console)?),
+            None => None,
+        };
+        let own = high.as_ref().map_or(model, |high| &high.mesh);
         let mut casters = Self {
-            mesh: model.clone(),
+            mesh: own.clone(),
             shift: [0.0; 3],
             names: others.iter().map(|path| file_name(path)).collect(),
+            high: None,
         };
         if others.is_empty() {
+            casters.set_shift(model);
+            casters.high = high;
             return Ok(casters);
         }
         let (mut positions, mut triangles) = (Vec::new(), Vec::new());
-        add(model, &mut positions, &mut triangles);
+        add(own, &mut positions, &mut triangles);
         for path in others {
             let shown = path.display();
             let other = mesh::load(path).with_context(|| shown.to_string())?;
@@ -48,9 +91,14 @@ impl Casters {
             triangles: 0..triangles.len(),
         };
         casters.mesh = TriangleMesh::from_f64(&positions, triangles, vec![whole])?;
-        let (from, to) = (model.origin(), casters.mesh.origin());
-        casters.shift = [0, 1, 2].map(|x| from[x] - to[x]);
+        casters.set_shift(model);
+        casters.high = high;
         Ok(casters)
+    }
+
+    fn set_shift(&mut self, model: &TriangleMesh) {
+        let (from, to) = (model.origin(), self.mesh.origin());
+        self.shift = [0, 1, 2].map(|x| from[x] - to[x]);
     }
 
     /// Returns points of the model in the coordinates of the mesh that occludes.
@@ -62,9 +110,14 @@ impl Casters {
         points.iter().map(moved).collect()
     }
 
-    /// Returns the height of the model's lowest point in the coordinates of the mesh that occludes.
+    /// Returns the height of the lowest point of the model, or of the finer one, in the coordinates of the mesh that occludes.
     pub(super) fn height(&self, model: &TriangleMesh) -> f64 {
-        f64::from(model.bounds().min[1]) + self.shift[1]
+        match &self.high {
+            Some(High { mesh, .. }) => {
+                f64::from(mesh.bounds().min[1]) + mesh.origin()[1] - self.mesh.origin()[1]
+            }
+            None => f64::from(model.bounds().min[1]) + self.shift[1],
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Context, bail, ensure};
 use aogrid_bake_core::glb::GlbError;
 use aogrid_bake_core::mesh::{LoadedMesh, MeshFile, PosedPrimitive};
-use aogrid_bake_core::surface::glb::{GlbValues, add_to_glb};
+use aogrid_bake_core::surface::glb::{GlbTexture, GlbValues, add_texture_to_glb, add_to_glb};
 use aogrid_bake_core::surface::{SurfaceRecord, normalized};
 
 /// Reads the model's file again, as bytes.
@@ -29,14 +29,32 @@ pub(super) fn read(path: &Path, loaded: &LoadedMesh) -> anyhow::Result<Vec<u8>> 
 pub(super) fn write(
     source: &[u8],
     file: &MeshFile,
-    loaded: &LoadedMesh,
+    primitives: &[&PosedPrimitive],
     values: &[SurfaceRecord],
     color: bool,
     record: &str,
 ) -> anyhow::Result<Vec<u8>> {
-    let of_primitive = |primitive| values_of(file, primitive, values, color);
-    let values: anyhow::Result<Vec<_>> = loaded.primitives.iter().map(of_primitive).collect();
+    let primitives = primitives.iter();
+    let of_primitives = primitives.map(|primitive| values_of(file, primitive, values, color));
+    let values: anyhow::Result<Vec<_>> = of_primitives.collect();
     Ok(add_to_glb(source, &values?, record)?)
+}
+
+/// Returns the file with a picture as the occlusion texture of its materials.
+pub(super) fn write_texture(
+    source: &[u8],
+    loaded: &LoadedMesh,
+    png: &[u8],
+    set: u32,
+    record: &str,
+) -> anyhow::Result<Vec<u8>> {
+    let texture = GlbTexture { png, set };
+    Ok(add_texture_to_glb(
+        source,
+        &loaded.primitives,
+        texture,
+        record,
+    )?)
 }
 
 fn values_of<'a>(

@@ -20,6 +20,8 @@ pub(super) struct Report {
     rays_per_second: f64,
     threads: usize,
     kernel: &'static str,
+    /// The name of the GPU; none if the CPU baked.
+    adapter: Option<String>,
     weights: &'static str,
     directions: &'static str,
     offset: f64,
@@ -36,6 +38,8 @@ pub(super) struct Report {
     /// triangles with coordinates outside 0..1.
     overlaps: f64,
     outside_triangles: usize,
+    /// The number of points that the finer model is not near.
+    pub misses: usize,
 }
 
 impl Report {
@@ -81,6 +85,7 @@ impl Report {
         self.weights = bake.options.weights.name();
         self.directions = bake.options.directions.name();
         self.offset = bake.offset;
+        self.adapter = bake.device.adapter();
     }
 
     pub(super) fn print(&self, console: &Console, json: bool) -> anyhow::Result<()> {
@@ -89,12 +94,15 @@ impl Report {
         }
         let million = |n: f64| n / 1e6;
         console.result(&format!(
-            "{}: {} points, {:.1} million rays ({}) in {:.2} s: {:.1} million a second; mean \
+            "{}: {} points, {:.1} million rays ({}{}) in {:.2} s: {:.1} million a second; mean \
              accessibility {:.4}, {:.1} % of the points buried",
             self.out,
             self.points,
             million(self.rays as f64),
             self.kernel,
+            self.adapter
+                .as_ref()
+                .map_or(String::new(), |name| format!(", {name}")),
             self.seconds,
             million(self.rays_per_second),
             self.mean,
@@ -108,6 +116,11 @@ impl Report {
             (
                 self.filled_vertices,
                 "vertices have only such faces: they have the mean of their neighbors",
+            ),
+            (
+                self.misses,
+                "points have none of the finer model within the cage: texels are filled from others, \
+                 vertices and faces keep their place",
             ),
             (self.unused_vertices, "vertices have no face: they are open"),
         ] {

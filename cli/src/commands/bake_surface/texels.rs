@@ -21,29 +21,70 @@ pub(super) struct Texture {
     texels: Vec<Option<SurfaceRecord>>,
 }
 
+/// The texture coordinates of a model's vertices.
+pub(super) struct Unwrapped {
+    coordinates: Vec<[f32; 2]>,
+    /// The normals of an OBJ file.
+    pub normals: Option<Vec<[f32; 3]>>,
+}
+
+/// Returns the texture coordinates of a model that was parsed for textures.
+pub(super) fn unwrapped(
+    args: &Args,
+    file: &MeshFile,
+    loaded: &LoadedMesh,
+) -> anyhow::Result<Unwrapped> {
+    // A size that is too large is refused before the model is looked at.
+    sampling(args)?;
+    let shown = args.model.display();
+    let set = args.uv.unwrap_or(0);
+    if let Some((coordinates, normals)) =
+        file.obj_attributes().with_context(|| shown.to_string())?
+    {
+        ensure!(
+            set == 0,
+            "{shown}: an OBJ file has one set of texture coordinates: leave out --uv"
+        );
+        return Ok(Unwrapped {
+            coordinates,
+            normals,
+        });
+    }
+    let coordinates = file.texture_coordinates(loaded, set);
+    let Some(coordinates) = coordinates.with_context(|| shown.to_string())? else {
+        bail!(
+            "{shown}: texture coordinates are read of glTF and OBJ files: save it as one of these"
+        );
+    };
+    Ok(Unwrapped {
+        coordinates,
+        normals: None,
+    })
+}
+
 /// Returns the texture of a model.
 pub(super) fn bake(
     bake: &Bake<'_>,
     file: &MeshFile,
     groups: &VertexGroups,
+    unwrapped: &Unwrapped,
 ) -> anyhow::Result<(Texture, Report)> {
     let args = bake.args;
     let sampling = sampling(args)?;
     let loaded = bake.loaded;
     let shown = args.model.display();
-    let coordinates = file.texture_coordinates(loaded, args.uv.unwrap_or(0));
-    let Some(coordinates) = coordinates.with_context(|| shown.to_string())? else {
-        bail!("{shown}: texture coordinates are read of glTF files alone: save it as GLB");
-    };
-    let points = texel_points(&loaded.mesh, groups, &coordinates, sampling, bake.offset);
+    let coordinates = &unwrapped.coordinates;
+    let mut points = texel_points(&loaded.mesh, groups, coordinates, sampling, bake.offset);
     warn(bake, &points);
     ensure!(
         !points.points.is_empty(),
         "{shown}: its texture coordinates cover no texel: unwrap it, or name another set with --uv"
     );
     let mut report = Report::texels(&points);
+    let moved = bake.project(&mut points.points, &mut report)?;
+    points.retain(&moved);
     let mut records = bake.bake(&points.points, &mut report)?.records;
-    to_space(bake, file, groups, &coordinates, &points, &mut records)?;
+    to_space(bake, file, groups, coordinates, &points, &mut records)?;
     let mut texels = texel_means(&points, &records, sampling.size);
     dilate(&mut texels, sampling.size, args.dilate.unwrap_or(16));
     let texture = Texture {

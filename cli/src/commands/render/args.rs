@@ -131,18 +131,26 @@ impl Args {
 
     /// Returns the requested GPU, if one is requested.
     pub(crate) fn gpu(&self) -> Result<Option<AdapterSelector>, clap::Error> {
-        match (self.backend, &self.adapter) {
-            (BackendArg::Cpu, None) => Ok(None),
-            (BackendArg::Cpu, Some(_)) => Err(conflict("--adapter needs --backend gpu")),
-            (BackendArg::Gpu, None) => Ok(Some(AdapterSelector::Real)),
-            (BackendArg::Gpu, Some(name)) => Ok(Some(AdapterSelector::Named(name.clone()))),
-        }
+        selected_gpu(self.backend, self.adapter.as_deref())
     }
 
     /// Overrides the scene's options with those of the command line.
     pub(crate) fn apply_to(&self, options: &mut ReferenceOptions) {
         override_truth(options, self.samples, self.error, self.seed);
         options.max_distance = self.max_distance.or(options.max_distance);
+    }
+}
+
+/// Returns the GPU that a command line asks for, if it does.
+pub(crate) fn selected_gpu(
+    backend: BackendArg,
+    adapter: Option<&str>,
+) -> Result<Option<AdapterSelector>, clap::Error> {
+    match (backend, adapter) {
+        (BackendArg::Cpu, None) => Ok(None),
+        (BackendArg::Cpu, Some(_)) => Err(conflict("--adapter needs --backend gpu")),
+        (BackendArg::Gpu, None) => Ok(Some(AdapterSelector::Real)),
+        (BackendArg::Gpu, Some(name)) => Ok(Some(AdapterSelector::Named(name.to_owned()))),
     }
 }
 

@@ -10,7 +10,7 @@ use aogrid_scene::shade::{Gpu, Mode, ShadeInput, Shaded, Target};
 use aogrid_scene::{EnvironmentSource, GBuffer, LoadOptions, Scene};
 
 use args::OutputKind;
-pub(crate) use args::{Args, mode_parser, override_truth, positive};
+pub(crate) use args::{Args, BackendArg, mode_parser, override_truth, positive, selected_gpu};
 
 use crate::commands::bake::use_threads;
 use crate::console::Console;

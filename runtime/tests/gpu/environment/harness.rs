@@ -1,7 +1,9 @@
 use std::sync::LazyLock;
 
 use aogrid_gpu_support::Gpu;
-use aogrid_runtime::{AogridEnvironment, EnvironmentMap, EnvironmentTexture, Up, wgsl};
+use aogrid_runtime::{
+    AogridEnvironment, EnvironmentMap, EnvironmentTexture, LatLongCube, Up, wgsl,
+};
 use glam::Vec3;
 
 use crate::kernel;
@@ -12,6 +14,8 @@ alias Input = array<vec4f, 4>;
 @group(0) @binding(2) var<uniform> environment: AogridEnvironment;
 @group(0) @binding(3) var radiance: texture_2d<f32>;
 @group(0) @binding(4) var radiance_sampler: sampler;
+@group(0) @binding(5) var coordinates: texture_cube<f32>;
+@group(0) @binding(6) var coordinates_sampler: sampler;
 ";
 
 /// The four vector arguments of a call.
@@ -22,6 +26,7 @@ pub(super) struct Harness<'a> {
     pub gpu: &'a Gpu,
     pub map: EnvironmentMap,
     pub environment: AogridEnvironment,
+    pub cube: LatLongCube,
 }
 
 /// Returns [`bright_patch`], prefiltered once for all tests.
@@ -52,6 +57,7 @@ impl<'a> Harness<'a> {
             gpu,
             map: sky(),
             environment: AogridEnvironment::new(Up::Z, 0.7).scaled([1.0, 0.8, 1.5]),
+            cube: LatLongCube::new(64),
         }
     }
 
@@ -63,20 +69,66 @@ impl<'a> Harness<'a> {
                  let p = i[0]; let q = i[1]; let r = i[2]; let s = i[3]; {body}
              }}"
         );
-        let source = [wgsl::SHADING, wgsl::ENVIRONMENT, DECLARATIONS, &function].concat();
+        let source = [
+            wgsl::SHADING,
+            wgsl::ENVIRONMENT,
+            wgsl::SURFACE,
+            DECLARATIONS,
+            &function,
+        ]
+        .concat();
         let texture = EnvironmentTexture::new(device, queue, &self.map, "test");
         let uniform = self.gpu.storage(bytemuck::bytes_of(&self.environment));
         let view = wgpu::BindingResource::TextureView(texture.view());
         let sampler = wgpu::BindingResource::Sampler(texture.sampler());
+        let cube = self.upload_cube();
+        let nearest = device.create_sampler(&wgpu::SamplerDescriptor::default());
         let all = [
             (2, "environment,", uniform.as_entire_binding()),
             (3, "radiance,", view),
             (4, "radiance_sampler", sampler),
+            (5, "coordinates,", wgpu::BindingResource::TextureView(&cube)),
+            (
+                6,
+                "coordinates_sampler",
+                wgpu::BindingResource::Sampler(&nearest),
+            ),
         ];
         // The pipeline's automatic layout has only the bindings that the body uses.
         let used = all.into_iter().filter(|(_, name, _)| body.contains(name));
         let resources = used.map(|(binding, _, resource)| (binding, resource));
         kernel::evaluate(self.gpu, &source, resources.collect(), inputs)
+    }
+
+    /// Returns the cube map of coordinates as a texture.
+    fn upload_cube(&self) -> wgpu::TextureView {
+        let Gpu { device, queue, .. } = self.gpu;
+        let side = self.cube.size() as u32;
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("coordinates"),
+            size: wgpu::Extent3d {
+                width: side,
+                height: side,
+                depth_or_array_layers: 6,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rg32Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(8 * side),
+            rows_per_image: Some(side),
+        };
+        let image = texture.as_image_copy();
+        queue.write_texture(image, self.cube.texels(), layout, texture.size());
+        texture.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::Cube),
+            ..Default::default()
+        })
     }
 
     /// Returns the largest difference from the CPU twin.

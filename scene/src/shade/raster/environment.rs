@@ -45,7 +45,7 @@ pub(in super::super) fn shade(
         let picture = Picture::new(input, gpu, &casters(input, shading, any_mesh)?)?;
         let (encoder, occlusion) = match shading {
             GridShading::Merge | GridShading::Mean => picture.merge(shading)?,
-            GridShading::Occlusion | GridShading::Cone => {
+            GridShading::Occlusion | GridShading::Cone | GridShading::Neighbors => {
                 picture.multiply(shading, Output::TransmittanceAndAxis)?
             }
         };

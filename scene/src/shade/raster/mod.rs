@@ -99,7 +99,7 @@ impl<'a> Picture<'a> {
     fn transmittance(&self, shading: GridShading) -> Result<Vec<f32>> {
         let ((encoder, texture), channel) = match shading {
             GridShading::Merge | GridShading::Mean => (self.merge(shading)?, 3),
-            GridShading::Occlusion | GridShading::Cone => {
+            GridShading::Occlusion | GridShading::Cone | GridShading::Neighbors => {
                 (self.multiply(shading, Output::Transmittance)?, 0)
             }
         };
@@ -140,7 +140,10 @@ impl<'a> Picture<'a> {
             label: "render".into(),
             mode: match shading {
                 GridShading::Occlusion => Mode::Occlusion,
-                GridShading::Cone | GridShading::Merge | GridShading::Mean => Mode::Cone,
+                GridShading::Cone
+                | GridShading::Merge
+                | GridShading::Mean
+                | GridShading::Neighbors => Mode::Cone,
             },
             output,
             target: self.widest_format(output),
@@ -233,7 +236,7 @@ fn occluders(
             }
         };
         let mut instance = caster.posed;
-        instance.excluded = excluded(caster.instance)?;
+        instance.excluded = excluded(&caster.excludes())?;
         Ok((texture.clone(), instance))
     };
     casters
@@ -243,8 +246,7 @@ fn occluders(
 }
 
 /// Returns the ids of the receivers that an instance does not shade.
-fn excluded(instance: &crate::Instance) -> Result<[u32; 4]> {
-    let excludes = &instance.excludes;
+fn excluded(excludes: &[u32]) -> Result<[u32; 4]> {
     let mut excluded = [AOGRID_NO_OBJECT; 4];
     ensure!(
         excludes.len() <= excluded.len(),

@@ -73,7 +73,7 @@ impl<'a> Uploaded<'a> {
             positions: buffer(bytemuck::cast_slice(&positions)),
             indices: buffer(bytemuck::cast_slice(&indices)),
             triangles: triangles.len() as u32,
-            excluded: excluded(instance).with_context(named)?,
+            excluded: excluded(&instance.excludes).with_context(named)?,
         })
     }
 

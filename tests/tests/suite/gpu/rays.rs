@@ -1,6 +1,7 @@
 use aogrid_bake_core::models::Model;
+use aogrid_bake_core::surface::{SurfaceOptions, default_offset, face_centers};
 use aogrid_bake_core::{BakeOptions, UNOBSERVED};
-use aogrid_baker_cpu::RayScene;
+use aogrid_baker_cpu::{RayScene, bake_surface};
 use aogrid_baker_gpu::Caster;
 use aogrid_grid_format::Sampling;
 use aogrid_tests::gpu;
@@ -109,5 +110,36 @@ fn random_rays_match_the_cpu() {
         }
         assert!(off <= 1, "{count}: {off} cells");
         assert!(raw.counts.iter().any(|n| *n > 0));
+    }
+}
+
+/// Points on a surface: the records of the CPU but for single bits, with and without a ground.
+#[test]
+fn rays_from_points_match_the_cpu() {
+    let Some(context) = gpu() else { return };
+    let mesh = Model::Robot.mesh(None).unwrap();
+    let points = face_centers(&mesh, default_offset(&mesh)).points;
+    for (rays, max_distance, ground) in [
+        (40, None, None),
+        (96, Some(0.3), Some(-0.2)),
+        (1, None, None),
+    ] {
+        let options = SurfaceOptions {
+            rays,
+            max_distance,
+            ground,
+            ..SurfaceOptions::recommended()
+        };
+        let mut caster = Caster::new(context);
+        let found = context.block_on(caster.bake_points(&mesh, &points, &options, UNOBSERVED));
+        let found = found.unwrap();
+        let cpu = bake_surface(&mesh, &points, &options, None, UNOBSERVED).unwrap();
+        assert_eq!((found.records.len(), found.rays), (points.len(), cpu.rays));
+        let pairs = found.records.iter().zip(&cpu.records);
+        let different = pairs.filter(|(a, b)| a != b).count();
+        println!("{rays} rays: {different} of {} points differ", points.len());
+        // A bit is wrong where a ray passes an edge within some 10⁻⁷ of its length.
+        assert!(different <= 1, "{different}");
+        assert!(cpu.records.iter().any(|r| r.accessibility < 0.9) || rays == 1);
     }
 }

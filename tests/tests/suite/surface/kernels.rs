@@ -92,13 +92,45 @@ fn soups_and_needles() {
             position: vector(),
         })
         .collect();
-    for max_distance in [None, Some(0.25)] {
+    for (max_distance, ignore_backfaces) in [(None, false), (Some(0.25), false), (None, true)] {
         let options = SurfaceOptions {
             max_distance,
+            ignore_backfaces,
             ..few_rays()
         };
         let share = assert_equal(&mesh, &points, &options);
         assert!(share > 0.5, "{share}");
+    }
+}
+
+/// A ceiling that faces up is not there from below, but for one that has another behind it.
+#[test]
+fn backs_of_faces_can_be_ignored() {
+    let [a, b, c] = [[-9.0, 1.0, -9.0], [9.0, 1.0, -9.0], [0.0, 1.0, 20.0]];
+    let (up, down) = ([a, c, b], [a, b, c]);
+    let floor = [point([0.0, 0.0, 0.0], [0.0, 1.0, 0.0])];
+    let mean = |triangles: &[[[f32; 3]; 3]], kernel| {
+        let options = SurfaceOptions {
+            ignore_backfaces: true,
+            ..few_rays()
+        };
+        let mesh = mesh_of(triangles);
+        let bake = bake_surface(&mesh, &floor, &options, Some(kernel), UNOBSERVED).unwrap();
+        bake.records[0].accessibility
+    };
+    for kernel in SurfaceKernel::ALL {
+        assert_eq!(mean(&[up], kernel), 1.0, "{kernel:?}");
+        assert!(mean(&[down], kernel) < 0.2, "{kernel:?}");
+        assert_eq!(
+            mean(&[up, down], kernel),
+            mean(&[down], kernel),
+            "{kernel:?}"
+        );
+        assert_eq!(
+            mean(&[down, up], kernel),
+            mean(&[down], kernel),
+            "{kernel:?}"
+        );
     }
 }
 

@@ -1,8 +1,10 @@
-//! Surface bakes: closed forms, meshes, kernels.
+//! Surface bakes: closed forms, meshes, kernels, scenes, textures.
 
 mod closed_forms;
 mod kernels;
 mod meshes;
+mod scenes;
+mod textures;
 
 use aogrid_bake_core::surface::{SurfacePoint, SurfaceRecord, cross, dot, normalized};
 use aogrid_tests::Random;

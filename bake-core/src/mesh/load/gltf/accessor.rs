@@ -115,6 +115,27 @@ impl GltfFile {
         }
     }
 
+    /// Returns the attribute of an application's own, `_NAME`, of a primitive's vertices, if it has one:
+    /// `N` numbers each.
+    pub(in super::super) fn own<const N: usize>(
+        &self,
+        mesh: usize,
+        primitive: usize,
+        name: &str,
+    ) -> Result<Option<Vec<[f64; N]>>, GltfError> {
+        let semantic = Semantic::Extras(name.trim_start_matches('_').to_owned());
+        let Some(idx) = self.attribute(mesh, primitive, semantic)? else {
+            return Ok(None);
+        };
+        let accessor = self.accessor(idx)?;
+        let component = component(idx, accessor)?;
+        let expected = if N == 1 { Type::Scalar } else { Type::Vec3 };
+        if accessor.type_ != Checked::Valid(expected) {
+            return Err(fault(idx, "its elements are not those of the attribute"));
+        }
+        Ok(Some(self.elements::<N>(idx, accessor, component)?))
+    }
+
     /// Returns a set of texture coordinates of a primitive's vertices.
     pub(in super::super) fn texture_coordinates(
         &self,

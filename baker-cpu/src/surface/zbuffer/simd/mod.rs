@@ -68,6 +68,7 @@ mod tests {
                 vertices: &vertices,
                 triangles: &triangles,
                 reach,
+                fronts_alone: false,
             };
             projected.test(Portable, &mut bins);
             let expected: Vec<_> = bins.states().collect();

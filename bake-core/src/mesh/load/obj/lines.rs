@@ -14,8 +14,12 @@ pub(super) enum Kind {
     /// `v`: the first three words are coordinates. Weights and colors are cut off: some readers
     /// scale positions by weights, which have no meaning for polygons.
     Vertex,
-    /// `f`: the words are position indices alone.
+    /// `f`: the words are indices of positions, coordinates and normals.
     Face,
+    /// `vt`, if attributes are read.
+    Coordinates,
+    /// `vn`, if attributes are read.
+    Normal,
     /// `o`: a new object.
     Object,
     /// `g`: a group of the object.
@@ -76,6 +80,8 @@ pub(super) struct Lines<'a> {
     rest: &'a [u8],
     number: usize,
     unknown: Option<Unknown<'a>>,
+    /// Whether lines of texture coordinates and normals are read.
+    attributes: bool,
 }
 
 /// Lines that no OBJ reader knows.
@@ -92,6 +98,15 @@ impl<'a> Lines<'a> {
             rest: file,
             number: 0,
             unknown: None,
+            attributes: false,
+        }
+    }
+
+    /// Returns the lines with those of texture coordinates and normals.
+    pub(super) fn with_attributes(file: &'a [u8]) -> Self {
+        Self {
+            attributes: true,
+            ..Self::new(file)
         }
     }
 
@@ -161,17 +176,16 @@ impl<'a> Iterator for Lines<'a> {
             let kind = match keyword {
                 b"v" => Kind::Vertex,
                 b"f" => Kind::Face,
+                b"vt" if self.attributes => Kind::Coordinates,
+                b"vn" if self.attributes => Kind::Normal,
                 _ => {
                     self.count_unknown(number, keyword);
                     continue;
                 }
             };
             words.remove(0);
-            match kind {
-                Kind::Vertex => words.truncate(3),
-                _ => words
-                    .iter_mut()
-                    .for_each(|word| *word = position_index(word)),
+            if kind == Kind::Vertex {
+                words.truncate(3);
             }
             return Some(Line {
                 number,
@@ -219,15 +233,6 @@ fn push_words<'a>(line: &'a [u8], words: &mut Vec<&'a [u8]>) -> bool {
     false
 }
 
-/// Returns the position index of a face corner: `7` for `7`, `7/1`, `7//3` and `7/1/3`. A word
-/// without one is returned unchanged, and will be rejected.
-fn position_index(word: &[u8]) -> &[u8] {
-    match word.iter().position(|&b| b == b'/') {
-        Some(0) | None => word,
-        Some(end) => &word[..end],
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -252,7 +257,7 @@ mod tests {
             \tf 1/1/1 2//2  -1 # tail\nusemtl x\nl 1 2\np 1\ns off\ng left arm\no\n";
         let expected = [
             line(3, Kind::Vertex, "1 2 3"),
-            line(5, Kind::Face, "1 2 -1"),
+            line(5, Kind::Face, "1/1/1 2//2 -1"),
             line(10, Kind::Group, "left arm"),
             line(11, Kind::Object, ""),
         ];
