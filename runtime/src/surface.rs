@@ -5,14 +5,14 @@
 //! A surface bake has an accessibility A and a bent normal B for each point. Listing 17-3 of GPU Gems,
 //! chapter 17, shades with A times the mean radiance around B. The printed A is the share of the
 //! hemisphere, which under a constant sky is too dark; with A weighted by the cosine, 1 − AO, it is
-//! exact there. The mean is over the *open cone*: the share of the hemisphere that is open, as a cone
-//! around B. For A weighted by the cosine it is the cone with sin²α = A, which around the normal has that
-//! accessibility.
+//! exact there. The mean is over the *open cone*: the share A of the hemisphere, as a cone around B. A cone
+//! around the normal with sin²α = A would have that accessibility, too, but narrows with the root of 1 − A:
+//! what occludes little is near the horizon, and leaves most of the hemisphere.
 //!
 //! Listing 17-5 blurs by √A, the cone's diameter in v as a part of the map's height, and by as much in u,
 //! which spans twice the angle: a blur twice as wide. Listing 17-4 scales v by 2/π in place of 1/π. An
 //! [`EnvironmentMap`] has for each level the mean over cones of a size with √(2a) = 2^(l − 4), so that
-//! its levels are those of √A, for [`aogrid_open_cone_uniform`]; they have no seam, and at the poles no
+//! its levels are those of √A; they have no seam, and at the poles no
 //! pinch.
 //!
 //! Neighbors with grids occlude, too. Their accumulated occlusion is subtracted as in
@@ -43,15 +43,9 @@ pub fn aogrid_surface_light(
     subtract_clamped(unoccluded, 1.0 - accumulated[3], blocked).map(|c| accessibility * c)
 }
 
-/// The open cone of a surface whose accessibility is weighted by the cosine, 1 − AO. A cone around the
-/// normal has the accessibility sin² of its half-angle.
+/// The open cone of a surface: around its bent normal, with the share of the hemisphere that its
+/// accessibility is. The level of the map is then that of the root of the accessibility (listing 17-5).
 pub fn aogrid_open_cone(accessibility: f32, bent_normal: [f32; 3]) -> AogridCone {
-    let cosine = (1.0 - accessibility).clamp(0.0, 1.0).sqrt();
-    AogridCone::new(bent_normal, 0.5 - 0.5 * cosine)
-}
-
-/// The open cone of a surface whose accessibility is the share of its hemisphere, as printed.
-pub fn aogrid_open_cone_uniform(accessibility: f32, bent_normal: [f32; 3]) -> AogridCone {
     AogridCone::new(bent_normal, 0.5 * accessibility.clamp(0.0, 1.0))
 }
 
@@ -99,7 +93,7 @@ mod tests {
         for a in [0.0_f32, 0.1, 0.415, 0.9, 1.0] {
             for open in [
                 aogrid_open_cone(a, NORMAL),
-                aogrid_open_cone_uniform(a, NORMAL),
+                aogrid_open_cone(a, [0.0, 1.0, 0.0]),
             ] {
                 for occlusion in [0.0, 0.25, 1.0] {
                     let sum = NORMAL.map(|n| 0.5 * occlusion * n);
@@ -142,9 +136,9 @@ mod tests {
             )
         };
         let (white, black) = (at(0.75_f32.sqrt())[0], at(-(0.75_f32.sqrt()))[0]);
-        // The cone of 45° around a direction at 60° from the zenith lies beyond the edge by 15° and is
-        // otherwise of one color.
-        assert!(white > 0.45 && black < 0.05, "{white} {black}");
+        // A quarter of the sphere, a cone of 60°, around a direction at 60° from the zenith is beyond the
+        // edge by 30°, where its weights are small.
+        assert!(white > 0.4 && black < 0.1, "{white} {black}");
         let up = [0.0, 1.0, 0.0];
         assert!((aogrid_irradiance(&place, &map, up)[0] - 0.5).abs() < HALF);
     }
@@ -153,7 +147,7 @@ mod tests {
     fn the_levels_of_a_map_are_those_of_the_root() {
         use crate::environment::aogrid_environment_level;
         for accessibility in [1.0_f32, 0.5, 0.25, 0.1] {
-            let cone = aogrid_open_cone_uniform(accessibility, NORMAL);
+            let cone = aogrid_open_cone(accessibility, NORMAL);
             let [_, v] = aogrid_latlong_blur(accessibility);
             let level = aogrid_environment_level(cone.fraction);
             // Level 4 has the whole height.

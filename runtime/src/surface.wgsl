@@ -22,14 +22,9 @@ fn aogrid_surface_light(environment: AogridEnvironment, map: texture_2d<f32>, ma
     return accessibility * max(unoccluded - (1.0 - accumulated.w) * blocked, vec3f());
 }
 
-/// The open cone of a surface whose accessibility is weighted by the cosine, 1 - AO. A cone around the
-/// normal has the accessibility sin² of its half-angle.
+/// The open cone of a surface: around its bent normal, with the share of the hemisphere that its
+/// accessibility is. The level of the map is then that of the root of the accessibility (listing 17-5).
 fn aogrid_open_cone(accessibility: f32, bent_normal: vec3f) -> AogridCone {
-    return AogridCone(bent_normal, 0.5 - 0.5 * sqrt(saturate(1.0 - accessibility)), 1.0);
-}
-
-/// The open cone of a surface whose accessibility is the share of its hemisphere, as printed.
-fn aogrid_open_cone_uniform(accessibility: f32, bent_normal: vec3f) -> AogridCone {
     return AogridCone(bent_normal, 0.5 * saturate(accessibility), 1.0);
 }
 

@@ -4,13 +4,11 @@ use std::rc::Rc;
 
 use aogrid_bake_core::mesh::MeshFile;
 use aogrid_bake_core::surface::glb::surface_of_glb;
-use aogrid_bake_core::surface::{
-    SurfaceOptions, SurfacePoint, SurfaceRecord, Weights, default_offset,
-};
+use aogrid_bake_core::surface::{SurfaceOptions, SurfacePoint, SurfaceRecord, default_offset};
 use aogrid_bake_core::{Observer, TriangleMesh};
 use aogrid_baker_cpu::{RayScene, bake_surface};
 use aogrid_runtime::AogridCone;
-use aogrid_runtime::surface::{aogrid_open_cone, aogrid_open_cone_uniform};
+use aogrid_runtime::surface::aogrid_open_cone;
 use glam::DVec3;
 
 use super::ShadeInput;
@@ -27,16 +25,12 @@ pub(super) struct OwnSurface {
     pub accessibility: f32,
     /// The bent normal in world space.
     bent_normal: [f32; 3],
-    weights: Weights,
 }
 
 impl OwnSurface {
     /// Returns the open cone.
     pub(super) fn cone(&self) -> AogridCone {
-        match self.weights {
-            Weights::Cosine => aogrid_open_cone(self.accessibility, self.bent_normal),
-            Weights::Uniform => aogrid_open_cone_uniform(self.accessibility, self.bent_normal),
-        }
+        aogrid_open_cone(self.accessibility, self.bent_normal)
     }
 
     /// Returns the values of a receiver that its object does not occlude.
@@ -44,7 +38,6 @@ impl OwnSurface {
         Self {
             accessibility: 1.0,
             bent_normal: receiver.normal.map(|x| x as f32),
-            weights: Weights::Cosine,
         }
     }
 }
@@ -54,7 +47,6 @@ struct BakedSurface {
     mesh: TriangleMesh,
     rays: RayScene,
     records: Vec<SurfaceRecord>,
-    weights: Weights,
 }
 
 /// Returns the values of all receivers: open for those that lie on no object, or on one that does not
@@ -88,11 +80,11 @@ pub(super) fn own_surfaces(input: &ShadeInput<'_>) -> Result<Rc<Vec<OwnSurface>>
             .map(|&idx| object_point(instance, &input.target.receivers[idx]))
             .collect();
         let mesh = &input.scene.meshes[instance.mesh];
-        let (records, weights) = records(&mesh.surface, &mesh.mesh, &points, &*stage)
+        let records = records(&mesh.surface, &mesh.mesh, &points, &*stage)
             .with_context(|| format!("surface of mesh `{}`", mesh.name))
             .with_context(|| input.scene.path.display())?;
         for (idx, record) in own.into_iter().zip(records) {
-            values[idx] = in_world(instance, &record, weights);
+            values[idx] = in_world(instance, &record);
         }
     }
     let values = Rc::new(values);
@@ -116,7 +108,7 @@ fn object_point(instance: &Instance, receiver: &Receiver) -> SurfacePoint {
     }
 }
 
-fn in_world(instance: &Instance, record: &SurfaceRecord, weights: Weights) -> OwnSurface {
+fn in_world(instance: &Instance, record: &SurfaceRecord) -> OwnSurface {
     let from_object = instance.world_from_object.matrix3.inverse().transpose();
     let bent = DVec3::from(record.bent_normal.map(f64::from));
     let bent = (from_object * bent).normalize_or(DVec3::Y);
@@ -124,25 +116,21 @@ fn in_world(instance: &Instance, record: &SurfaceRecord, weights: Weights) -> Ow
     OwnSurface {
         accessibility: (1.0 - occlusion).max(0.0),
         bent_normal: bent.as_vec3().to_array(),
-        weights,
     }
 }
 
-/// Returns the records of points in object space, and their weights.
+/// Returns the records of points in object space.
 fn records(
     source: &SurfaceSource,
     mesh: &TriangleMesh,
     points: &[SurfacePoint],
     observer: Observer<'_>,
-) -> Result<(Vec<SurfaceRecord>, Weights)> {
+) -> Result<Vec<SurfaceRecord>> {
     match source {
-        SurfaceSource::Bake(options) => {
-            Ok((bake(mesh, points, options, observer)?, options.weights))
-        }
+        SurfaceSource::Bake(options) => bake(mesh, points, options, observer),
         SurfaceSource::File(path) => {
             let surface = BakedSurface::read(path).with_context(|| path.display())?;
-            let records = points.iter().map(|point| surface.at(point));
-            Ok((records.collect(), surface.weights))
+            Ok(points.iter().map(|point| surface.at(point)).collect())
         }
     }
 }
@@ -166,14 +154,13 @@ impl BakedSurface {
     fn read(path: &std::path::Path) -> Result<Self> {
         let file = MeshFile::read(path)?;
         let loaded = file.parse()?;
-        let Some((records, weights)) = surface_of_glb(&file, &loaded)? else {
+        let Some(records) = surface_of_glb(&file, &loaded)? else {
             bail!("it has no accessibility: make it by `aogrid bake-surface MODEL -o` a GLB");
         };
         Ok(Self {
             rays: RayScene::new(&loaded.mesh),
             mesh: loaded.mesh,
             records,
-            weights,
         })
     }
 

@@ -39,6 +39,10 @@ fn every_shader_is_valid() {
         ("tiled pass", wgsl::tiled_pass("r32float")),
         ("environment pass", wgsl::ENVIRONMENT_PASS.to_owned()),
         (
+            "surface",
+            [wgsl::SHADING, wgsl::ENVIRONMENT, wgsl::SURFACE].concat(),
+        ),
+        (
             "tile lists",
             wgsl::SHADING.to_owned() + &wgsl::tile_lists(0),
         ),

@@ -4,7 +4,7 @@ use crate::{ok, run, with_sample};
 
 /// Returns the best adapter of this machine, software included; `None`, with a note, if there is
 /// none.
-fn adapter() -> Option<String> {
+pub(super) fn adapter() -> Option<String> {
     let report: serde_json::Value = serde_json::from_str(&ok("adapters --json", &[])).unwrap();
     let first = report["adapters"].as_array().unwrap().first();
     let Some(first) = first else {

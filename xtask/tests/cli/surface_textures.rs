@@ -1,10 +1,11 @@
-//! Textures of surface bakes: in GLB files, of OBJ files, from finer models.
+//! Textures of surface bakes: in GLB files, of OBJ files, from finer models; shared meshes, GPUs.
 
 use std::fs;
 use std::path::Path;
 
+use super::gpu::adapter;
 use super::surface::{floor_and_wall, json, number};
-use super::{fails, ok};
+use super::{fails, ok, run, with_sample};
 
 /// The floor and the wall of [`floor_and_wall`], with a texture in which v is upward.
 const OBJ: &str = "v 0 0 0\nv 0 0 1\nv 1 0 1\nv 1 0 0\nv 1 1 0\nv 0 1 0\n\
@@ -134,11 +135,8 @@ fn points_of_a_coarse_model_are_traced_on_the_fine_one() {
     assert!(!at("no.png").exists());
 }
 
-#[test]
-fn meshes_of_several_nodes_are_split_or_shared() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name);
-    // Two floors with walls, the second one upside down a little above the first.
+/// Returns two of [`floor_and_wall`], one of a mesh's two nodes a little above the other.
+fn two_nodes() -> Vec<u8> {
     let file = floor_and_wall();
     let json_length = u32::from_le_bytes(file[12..16].try_into().unwrap()) as usize;
     let one = String::from_utf8_lossy(&file[20..20 + json_length]);
@@ -157,11 +155,14 @@ fn meshes_of_several_nodes_are_split_or_shared() {
         &(two.len() as u32).to_le_bytes(),
         b"JSON",
     ];
-    fs::write(
-        at("two.glb"),
-        [&header.concat(), two.as_bytes(), bin].concat(),
-    )
-    .unwrap();
+    [&header.concat(), two.as_bytes(), bin].concat()
+}
+
+#[test]
+fn meshes_of_several_nodes_are_split_or_shared() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("two.glb"), two_nodes()).unwrap();
     fs::write(at("one.glb"), floor_and_wall()).unwrap();
     for (options, meshes) in [("", 2), ("--instances split", 2), ("--instances share", 1)] {
         let line = format!("bake-surface {{}} -o {{}} --rays 64 --force {options}");
@@ -198,4 +199,26 @@ fn meshes_of_several_nodes_are_split_or_shared() {
         &[&at("two.glb"), &at("a.ply")],
     );
     assert!(error.contains("--instances"), "{error}");
+}
+
+#[test]
+fn surfaces_are_baked_on_a_gpu() {
+    let Some(adapter) = adapter() else { return };
+    let (folder, model) = with_sample("table");
+    let [cpu, gpu] = ["cpu.ply", "gpu.ply"].map(|name| folder.path().join(name));
+    ok("bake-surface {} -o {} --rays 64", &[&model, &cpu]);
+    let line =
+        format!("bake-surface {{}} -o {{}} --rays 64 --backend gpu --adapter {adapter} --json");
+    let report: serde_json::Value = serde_json::from_str(&ok(&line, &[&model, &gpu])).unwrap();
+    assert!(report["adapter"].as_str().unwrap().contains(&adapter));
+    // The table's few edges are off all rays.
+    assert_eq!(fs::read(cpu).unwrap(), fs::read(&gpu).unwrap());
+    for options in [
+        "--ignore-backfaces",
+        "--kernel zbuffer",
+        "--directions stratified",
+    ] {
+        let output = run(&format!("{line} --force {options}"), &[&model, &gpu]);
+        assert!(!output.status.success(), "{options}");
+    }
 }

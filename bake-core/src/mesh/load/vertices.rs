@@ -161,14 +161,6 @@ impl MeshFile {
         Ok((!loaded.primitives.is_empty()).then_some(all))
     }
 
-    /// Returns the value of a key in the extras of a glTF file's asset, as JSON.
-    pub fn asset_extra(&self, key: &str) -> Option<serde_json::Value> {
-        match &self.content {
-            Content::Gltf(file) => file.asset_extra(key),
-            _ => None,
-        }
-    }
-
     /// Returns the colors of the vertices of a glTF primitive, the attribute `COLOR_0` with an alpha of 1
     /// where it has none; `None` if it has no colors.
     ///

@@ -2,11 +2,10 @@
 
 use super::{ACCESSIBILITY, BENT_NORMAL};
 use crate::mesh::{GltfError, LoadedMesh, MeshFile};
-use crate::surface::{SurfaceRecord, Weights};
+use crate::surface::SurfaceRecord;
 
 /// Returns the records of all vertices of `loaded`, which was parsed from `file`, in the frame of the
-/// whole, and their weights: the cosine, if the file does not say. `None` unless all primitives have
-/// them.
+/// whole. `None` unless all primitives have them.
 ///
 /// # Errors
 ///
@@ -14,7 +13,7 @@ use crate::surface::{SurfaceRecord, Weights};
 pub fn surface_of_glb(
     file: &MeshFile,
     loaded: &LoadedMesh,
-) -> Result<Option<(Vec<SurfaceRecord>, Weights)>, GltfError> {
+) -> Result<Option<Vec<SurfaceRecord>>, GltfError> {
     let Some(values) = file.own_attributes(loaded, [ACCESSIBILITY, BENT_NORMAL])? else {
         return Ok(None);
     };
@@ -24,10 +23,5 @@ pub fn surface_of_glb(
             accessibility,
             bent_normal,
         });
-    let record = file.asset_extra("aogrid");
-    let name = record
-        .as_ref()
-        .and_then(|record| record.get("weights")?.as_str());
-    let weights = name.and_then(Weights::from_name).unwrap_or(Weights::Cosine);
-    Ok(Some((records.collect(), weights)))
+    Ok(Some(records.collect()))
 }

@@ -66,37 +66,67 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     };
     let groups = VertexGroups::new(&loaded.mesh, normals);
     let bake = Bake::new(args, &loaded, console)?;
-    let ([bytes, bent], mut report) = match &unwrapped {
-        Some(unwrapped) => {
-            let (texture, report) = texels::bake(&bake, &file, &groups, unwrapped)?;
-            let [mut picture, bent] = texture.encode(args, kind)?;
-            if let Some(source) = &source {
-                let record = serde_json::to_string(&bake.record(at))?;
-                let set = args.uv.unwrap_or(0);
-                picture = glb::write_texture(source, &loaded, &picture, set, &record)
-                    .with_context(|| shown.clone())?;
-            }
-            ([picture, bent], report)
-        }
-        None => {
-            let (values, report) = bake.values(&groups, at)?;
-            let bytes = match &source {
-                Some(source) => {
-                    let record = serde_json::to_string(&bake.record(at))?;
-                    let primitives = bake.primitives();
-                    glb::write(source, &file, &primitives, &values, args.color, &record)
-                }
-                None => Ok(ply::write(&loaded, &values, at, args.color)),
-            };
-            ([bytes.with_context(|| shown.clone())?, vec![]], report)
-        }
+    let inputs = Inputs {
+        file: &file,
+        groups: &groups,
+        unwrapped: unwrapped.as_ref(),
+        source: source.as_deref(),
     };
+    let ([bytes, bent], mut report) = outputs(&bake, &inputs, at, kind)?;
     report.outline(&shown, args, &bake);
     output::write(&args.out, &bytes)?;
     if let Some(path) = &args.bent_normals {
         output::write(path, &bent)?;
     }
     report.print(console, args.json)
+}
+
+/// The model's file and what was read of it.
+struct Inputs<'a> {
+    file: &'a MeshFile,
+    groups: &'a VertexGroups,
+    unwrapped: Option<&'a texels::Unwrapped>,
+    /// The bytes of a GLB that is to be written to.
+    source: Option<&'a [u8]>,
+}
+
+/// Bakes, and returns the bytes of the output and of the bent normals beside it.
+fn outputs(
+    bake: &Bake<'_>,
+    inputs: &Inputs<'_>,
+    at: At,
+    kind: OutputKind,
+) -> anyhow::Result<([Vec<u8>; 2], Report)> {
+    let (args, loaded) = (bake.args, bake.loaded);
+    let record = serde_json::to_string(&bake.record(at))?;
+    let shown = || args.model.display().to_string();
+    if let Some(unwrapped) = inputs.unwrapped {
+        let (texture, report) = texels::bake(bake, inputs.file, inputs.groups, unwrapped)?;
+        let [mut picture, bent] = texture.encode(args, kind)?;
+        if let Some(source) = inputs.source {
+            let set = args.uv.unwrap_or(0);
+            picture =
+                glb::write_texture(source, loaded, &picture, set, &record).with_context(shown)?;
+        }
+        return Ok(([picture, bent], report));
+    }
+    let (values, report) = bake.values(inputs.groups, at)?;
+    let bytes = match inputs.source {
+        Some(source) => {
+            let primitives = bake.primitives();
+            glb::write(
+                source,
+                inputs.file,
+                &primitives,
+                &values,
+                args.color,
+                &record,
+            )
+            .with_context(shown)?
+        }
+        None => ply::write(loaded, &values, at, args.color),
+    };
+    Ok(([bytes, vec![]], report))
 }
 
 /// Checks that the outputs can be written and are not inputs.

@@ -92,7 +92,7 @@ fn surfaces_with_neighbors_are_better_than_grids_alone() {
     println!(
         "red light: environment {grids:.4}, surface-environment {own:.4}, surface-cone {flat:.4}"
     );
-    assert!(own < grids && own < flat, "{own} {grids} {flat}");
+    assert!(own < 0.7 * grids, "{own} {grids} {flat}");
 }
 
 /// A room that is red on one side alone.
@@ -126,5 +126,5 @@ fn uniform_weights_are_darker_between_teeth() {
     assert_eq!((options.weights, options.rays), (Weights::Uniform, 64));
     let ([truth, own], _) = shaded(&scene, ["truth", "accessibility"]);
     let mean = |v: &[f32]| v.iter().sum::<f32>() / v.len() as f32;
-    assert!(mean(&own.occlusion) > mean(&truth.occlusion) + 0.05);
+    assert!(mean(&own.occlusion) > 1.1 * mean(&truth.occlusion));
 }
