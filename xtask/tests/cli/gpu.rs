@@ -381,25 +381,3 @@ fn listing_adapters_prints_nothing_on_stderr() {
     assert!(output.status.success());
     assert_eq!(String::from_utf8_lossy(&output.stderr), "");
 }
-
-#[test]
-fn surfaces_are_baked_on_a_gpu() {
-    let Some(adapter) = adapter() else { return };
-    let (folder, model) = with_sample("table");
-    let [cpu, gpu] = ["cpu.ply", "gpu.ply"].map(|name| folder.path().join(name));
-    ok("bake-surface {} -o {} --rays 64", &[&model, &cpu]);
-    let line =
-        format!("bake-surface {{}} -o {{}} --rays 64 --backend gpu --adapter {adapter} --json");
-    let report: serde_json::Value = serde_json::from_str(&ok(&line, &[&model, &gpu])).unwrap();
-    assert!(report["adapter"].as_str().unwrap().contains(&adapter));
-    // The table's few edges are off all rays.
-    assert_eq!(fs::read(cpu).unwrap(), fs::read(&gpu).unwrap());
-    for options in [
-        "--ignore-backfaces",
-        "--kernel zbuffer",
-        "--directions stratified",
-    ] {
-        let output = run(&format!("{line} --force {options}"), &[&model, &gpu]);
-        assert!(!output.status.success(), "{options}");
-    }
-}

@@ -184,13 +184,6 @@ impl GltfFile {
         })
     }
 
-    /// Returns the value of a key in the extras of the asset.
-    pub(super) fn asset_extra(&self, key: &str) -> Option<serde_json::Value> {
-        let extras = self.root.asset.extras.as_ref()?;
-        let mut extras: serde_json::Value = serde_json::from_str(extras.get()).ok()?;
-        extras.get_mut(key).map(serde_json::Value::take)
-    }
-
     /// Parses the mesh: in bind pose, or in the pose of an animation.
     pub(super) fn parse(&self, pose: Option<&AnimationTime<'_>>) -> Result<Parsed, GltfError> {
         let invalid = self.validation_warning()?;
