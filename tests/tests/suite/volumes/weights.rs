@@ -15,7 +15,7 @@ fn every_weight_is_that_of_rays_that_apply_it() {
     let mut scene = scene(
         "[receivers]\ncorner = [-1.2, 0, 1.2]\nu = [2.4, 0, 0]\nv = [0, 0, -2.4]\ncount = [11, 11]\n\
          [[mesh]]\nname = 'a'\nsample = 'box'\n\
-         [[instance]]\nmesh = 'a'\ntranslate = [0, 0.55, 0]\nrotate = { axis = [1, 0, 2], degrees = 9 }\n",
+         [[instance]]\nmesh = 'a'\ntranslate = [0, 0.13, 0]\nrotate = { axis = [1, 0, 2], degrees = 9 }\n",
     );
     let instance = &scene.instances[0];
     let corners = scene.meshes[0].mesh.corners();

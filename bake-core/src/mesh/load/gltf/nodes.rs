@@ -1,6 +1,7 @@
 //! The nodes of a glTF scene: parts in their own frames, and the whole that they pose.
 
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use gltf_json::{Node, Scene};
@@ -178,14 +179,14 @@ impl<'a> Walk<'a> {
         let start = self.triangles.len();
         // A pose of its own would be no pose of a skinned primitive's vertices.
         let primitives = shape.primitives.iter().filter(|_| self.poses.is_none());
-        self.primitives
-            .extend(primitives.map(|(primitive, range)| PosedPrimitive {
-                node: idx,
-                mesh,
-                primitive: *primitive,
-                vertices: range.start + first as usize..range.end + first as usize,
-                pose,
-            }));
+        let posed_primitive = |(primitive, range): &(usize, Range<usize>)| PosedPrimitive {
+            node: idx,
+            mesh,
+            primitive: *primitive,
+            vertices: range.start + first as usize..range.end + first as usize,
+            pose,
+        };
+        self.primitives.extend(primitives.map(posed_primitive));
         let (positions, triangles) = match (&self.poses, node.skin) {
             (Some(poses), Some(skin)) => self.file.skinned(mesh, shape, skin.value(), poses)?,
             _ => posed(shape, &pose),
@@ -200,14 +201,23 @@ impl<'a> Walk<'a> {
             triangles: start..self.triangles.len(),
         });
         let own = match self.poses.is_some() && node.skin.is_some() {
-            true => own_mesh(&positions, triangles).map(|mesh| PartMesh {
-                same_as: self.posed.len(),
-                ..PartMesh::whole(mesh)
-            }),
+            true => self.skinned_mesh(&positions, triangles),
             false => self.own_mesh(mesh, pose),
         };
         self.posed.push(own);
         Ok(())
+    }
+
+    /// Returns the part that is next, if joints pose it: no other part has its mesh.
+    fn skinned_mesh(
+        &self,
+        positions: &[[f64; 3]],
+        triangles: Vec<[u32; 3]>,
+    ) -> Result<PartMesh, MeshError> {
+        Ok(PartMesh {
+            same_as: self.posed.len(),
+            ..PartMesh::whole(own_mesh(positions, triangles)?)
+        })
     }
 
     /// Returns the part that is next: its mesh in its own frame. A grid can be posed by rotation and

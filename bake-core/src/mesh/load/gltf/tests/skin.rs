@@ -253,6 +253,65 @@ fn animations_move_nodes_without_skins() {
     assert_eq!(part.mesh.positions()[1], [1.0, 0.0, 0.0]);
 }
 
+/// Faults of a file: the changed value, its new one, and the error.
+const BROKEN: &[(&str, &str, &str)] = &[
+    (
+        "/nodes/1/skin",
+        "7",
+        "it refers to skin 7, which does not exist",
+    ),
+    (
+        "/skins/0/joints",
+        "[2, 9]",
+        "it refers to node 9, which does not exist",
+    ),
+    (
+        "/skins/0/joints",
+        "[2]",
+        "accessor 2: the skin has no such joint",
+    ),
+    (
+        "/skins/0/joints",
+        "[2, 3, 3]",
+        "accessor 4: it has not a matrix for each joint",
+    ),
+    (
+        "/accessors/4/type",
+        r#""VEC4""#,
+        "accessor 4: its elements are not matrices",
+    ),
+    (
+        "/accessors/5/count",
+        "1",
+        "accessor 6: it has not a value for each time",
+    ),
+    (
+        "/animations/0/samplers/0/input",
+        "8",
+        "accessor 8: its elements are not times",
+    ),
+    (
+        "/animations/0/samplers/0/output",
+        "8",
+        "accessor 8: its elements are not rotations",
+    ),
+    (
+        "/animations/0/samplers/0/interpolation",
+        r#""CUBICSPLINE""#,
+        "accessor 6: it has not a value for each time",
+    ),
+    (
+        "/nodes/3/matrix",
+        "[1,0,0,0, 0,1,0,0, 0,0,1,0, 1,0,0,1]",
+        "node 3 is animated and has a matrix: save it with translation, rotation and scale",
+    ),
+    (
+        "/meshes/0/primitives/0/attributes",
+        r#"{"POSITION": 0}"#,
+        "mesh 0: a primitive of a skinned node has no joints and weights",
+    ),
+];
+
 #[test]
 fn skins_that_cannot_be_posed_are_refused() {
     let unknown = skinned().refusal("run");
@@ -260,67 +319,14 @@ fn skins_that_cannot_be_posed_are_refused() {
     assert_eq!(unknown, format!("it has no animation `run`; {known}"));
     let none = File::new(r#"[{"mesh": 0}]"#).refusal("run");
     assert_eq!(none, "it has no animation `run`; there are none");
-    let cases = [
-        (
-            "/nodes/1/skin",
-            "7",
-            "it refers to skin 7, which does not exist",
-        ),
-        (
-            "/skins/0/joints",
-            "[2, 9]",
-            "it refers to node 9, which does not exist",
-        ),
-        (
-            "/skins/0/joints",
-            "[2]",
-            "accessor 2: the skin has no such joint",
-        ),
-        (
-            "/skins/0/joints",
-            "[2, 3, 3]",
-            "accessor 4: it has not a matrix for each joint",
-        ),
-        (
-            "/accessors/4/type",
-            r#""VEC4""#,
-            "accessor 4: its elements are not matrices",
-        ),
-        (
-            "/accessors/5/count",
-            "1",
-            "accessor 6: it has not a value for each time",
-        ),
-        (
-            "/animations/0/samplers/0/input",
-            "8",
-            "accessor 8: its elements are not times",
-        ),
-        (
-            "/animations/0/samplers/0/output",
-            "8",
-            "accessor 8: its elements are not rotations",
-        ),
-        (
-            "/animations/0/samplers/0/interpolation",
-            r#""CUBICSPLINE""#,
-            "accessor 6: it has not a value for each time",
-        ),
-        (
-            "/nodes/3/matrix",
-            "[1,0,0,0, 0,1,0,0, 0,0,1,0, 1,0,0,1]",
-            "node 3 is animated and has a matrix: save it with translation, rotation and scale",
-        ),
-        (
-            "/meshes/0/primitives/0/attributes",
-            r#"{"POSITION": 0}"#,
-            "mesh 0: a primitive of a skinned node has no joints and weights",
-        ),
-    ];
-    for (pointer, new, message) in cases {
+    for (pointer, new, message) in BROKEN {
         let refused = skinned().set(pointer, new).refusal("turn");
-        assert_eq!(refused, message, "{pointer}");
+        assert_eq!(refused, *message, "{pointer}");
     }
+}
+
+#[test]
+fn keys_weights_and_formats_that_cannot_be_are_refused() {
     let decreasing = skinned().with(&floats(&[2.0, 0.0]), 2, FLOAT, "SCALAR");
     let decreasing = decreasing.set("/animations/0/samplers/0/input", "10");
     assert_eq!(
