@@ -11,6 +11,9 @@ use super::{GltfError, GltfFile};
 /// The joints of a vertex in a set of attributes.
 const JOINTS_PER_SET: usize = 4;
 
+/// Positions and triangles.
+type Posed = (Vec<[f64; 3]>, Vec<[u32; 3]>);
+
 impl GltfFile {
     /// Returns the positions and triangles of a shape as the joints of a skin pose it. Triangles where
     /// they mirror are turned, so that their faces point outward as before.
@@ -20,7 +23,7 @@ impl GltfFile {
         shape: &Shape,
         skin: usize,
         poses: &NodePoses,
-    ) -> Result<(Vec<[f64; 3]>, Vec<[u32; 3]>), GltfError> {
+    ) -> Result<Posed, GltfError> {
         let joints = self.joint_poses(skin, poses)?;
         let mut of_vertices = vec![Pose::IDENTITY; shape.positions.len()];
         for (primitive, range) in &shape.primitives {
