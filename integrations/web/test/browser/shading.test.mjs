@@ -138,6 +138,20 @@ test('misuse is explained', { skip: native }, async () => {
   assert.match(messages[2], /new AoGridShadows\(\{ capacity: 2 \}\)/);
 });
 
+test('the plain WebGPU example draws a moving shadow', { skip }, async () => {
+  const { page, messages } = await open(browser, '/package/examples/webgpu/index.html', {
+    viewport: { width: 320, height: 240 },
+  });
+  await page.waitForFunction(() => document.getElementById('status').textContent === '', null, {
+    timeout: 120_000,
+  });
+  const first = await page.screenshot();
+  await page.waitForTimeout(1500);
+  assert.notDeepEqual(await page.screenshot(), first);
+  assert.deepEqual(messages, []);
+  await page.close();
+});
+
 test('the console is empty', { skip: native }, () => {
   assert.deepEqual(view.messages, []);
 });
