@@ -82,7 +82,7 @@ fn every_shader_file_is_tested() {
             }
         }
     }
-    assert_eq!(found, 14);
+    assert_eq!(found, 15);
 }
 
 #[test]

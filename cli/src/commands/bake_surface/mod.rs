@@ -39,6 +39,10 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<()> {
     let shown = args.model.display().to_string();
     let file = MeshFile::read(&args.model).with_context(|| shown.clone())?;
     let at = args.at(kind);
+    if at == At::Texels {
+        // A size that is too large is refused before the model is read.
+        texels::sampling(args)?;
+    }
     // A texture needs a vertex for each pair of position and texture coordinates.
     let loaded = match at {
         At::Texels => file.parse_textured(),

@@ -34,8 +34,6 @@ pub(super) fn unwrapped(
     file: &MeshFile,
     loaded: &LoadedMesh,
 ) -> anyhow::Result<Unwrapped> {
-    // A size that is too large is refused before the model is looked at.
-    sampling(args)?;
     let shown = args.model.display();
     let set = args.uv.unwrap_or(0);
     if let Some((coordinates, normals)) =
@@ -96,7 +94,7 @@ pub(super) fn bake(
 }
 
 /// Returns the samples that a texture is asked for.
-fn sampling(args: &Args) -> anyhow::Result<TexelSampling> {
+pub(super) fn sampling(args: &Args) -> anyhow::Result<TexelSampling> {
     let sampling = TexelSampling {
         size: args.size.unwrap_or(1024),
         per_side: args.samples.map_or(2, |samples| samples.isqrt()),
