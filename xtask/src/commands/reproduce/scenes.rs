@@ -15,6 +15,7 @@ const OVERLAPPING: &str = include_str!("../../../../scenes/overlapping-boxes.tom
 const ROOM: &str = include_str!("../../../../scenes/room.toml");
 const AREA_LIGHT: &str = include_str!("../../../../scenes/area-light.toml");
 const OCCLUDERS: &str = include_str!("../../../../scenes/occluders.toml");
+const SURFACE: &str = include_str!("../../../../scenes/surface.toml");
 const VOLUMES: &str = include_str!("../../../../scenes/volumes.toml");
 
 /// The triangles of occluders and of surroundings of growing complexity.
@@ -38,6 +39,7 @@ pub(super) fn all() -> Vec<(String, String)> {
         ("area-light", AREA_LIGHT.to_owned()),
         ("occluders", OCCLUDERS.to_owned()),
         ("volumes", VOLUMES.to_owned()),
+        ("surface", SURFACE.to_owned()),
         ("polygon", polygon()),
     ];
     let fixed = fixed.map(|(name, text)| (name.to_owned(), text));
