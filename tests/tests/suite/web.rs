@@ -62,12 +62,12 @@ fn transform(idx: usize, random: &mut Random) -> Mat4 {
     let axis = Vec3::new(next(), next(), next()).normalize();
     let size = (3.0 * next()).exp();
     let stretch = Vec3::new(next(), next(), next()) * 0.5 + 1.0;
-    let mirror = if idx % 3 == 0 {
+    let mirror = if idx.is_multiple_of(3) {
         Vec3::new(-1.0, 1.0, 1.0)
     } else {
         Vec3::ONE
     };
-    let scale = if idx % 2 == 0 {
+    let scale = if idx.is_multiple_of(2) {
         mirror * size
     } else {
         mirror * size * stretch
