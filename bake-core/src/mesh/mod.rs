@@ -9,8 +9,8 @@ mod weld;
 pub use bounds::Bounds;
 pub(crate) use load::local_pose;
 pub use load::{
-    AnimationTime, GltfError, LoadError, LoadedMesh, MeshFile, ObjError, PartMesh, PlyError, Pose,
-    PosedPrimitive, Resolver, StlError, load, read_obj,
+    AnimationTime, GltfError, LoadError, LoadedMesh, MeshFile, ObjError, OwnAttributes, PartMesh,
+    PlyError, Pose, PosedPrimitive, Resolver, StlError, load, read_obj,
 };
 pub use report::MeshReport;
 pub(crate) use weld::first_duplicate;

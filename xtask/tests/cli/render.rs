@@ -187,8 +187,8 @@ fn several_modes_are_labeled_and_pixels_without_a_surface_are_told_from_lit_ones
     );
     ok(line, &[&scene, &gbuffer, &png]);
     let ids = exr::prelude::read_first_flat_layer_from_file(&gbuffer).unwrap();
-    let ids = ids.layer_data.channel_data.list.iter();
-    let ids = ids.filter(|channel| channel.name.eq("id")).next().unwrap();
+    let mut ids = ids.layer_data.channel_data.list.iter();
+    let ids = ids.find(|channel| channel.name.eq("id")).unwrap();
     let without = ids
         .sample_data
         .values_as_f32()

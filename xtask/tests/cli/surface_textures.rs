@@ -144,7 +144,7 @@ fn two_nodes() -> Vec<u8> {
         r#""nodes":[{"mesh":0}]"#,
         r#""nodes":[{"mesh":0},{"mesh":0,"translation":[0,0.1,0]}]"#,
     );
-    while two.len() % 4 != 0 {
+    while !two.len().is_multiple_of(4) {
         two.push(' ');
     }
     let bin = &file[20 + json_length..];

@@ -26,7 +26,7 @@ pub use obj::{ObjError, read_obj};
 pub use ply::PlyError;
 pub use pose::{PartMesh, Pose};
 pub use stl::StlError;
-pub use vertices::PosedPrimitive;
+pub use vertices::{OwnAttributes, PosedPrimitive};
 
 /// The name of a part without a name in the file.
 const UNNAMED: &str = "unnamed";

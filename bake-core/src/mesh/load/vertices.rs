@@ -20,6 +20,9 @@ pub struct PosedPrimitive {
     pub pose: Pose,
 }
 
+/// The number and the direction that a vertex has in attributes of one's own.
+pub type OwnAttributes = (f32, [f32; 3]);
+
 impl MeshFile {
     /// Parses the mesh so that each vertex has one position and one pair of texture coordinates: an OBJ
     /// file has them apart.
@@ -141,7 +144,7 @@ impl MeshFile {
         &self,
         loaded: &LoadedMesh,
         [scalars, normals]: [&str; 2],
-    ) -> Result<Option<Vec<(f32, [f32; 3])>>, GltfError> {
+    ) -> Result<Option<Vec<OwnAttributes>>, GltfError> {
         let Content::Gltf(file) = &self.content else {
             return Ok(None);
         };

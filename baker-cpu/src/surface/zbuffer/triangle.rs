@@ -72,7 +72,7 @@ impl Projected<'_> {
                 }
             }
             for (is_opposite, max_z) in [(false, max_z[0]), (true, max_z[1])] {
-                if self.fronts_alone && !test.is_sliver && test.faces_along == !is_opposite {
+                if self.fronts_alone && !test.is_sliver && test.faces_along != is_opposite {
                     continue;
                 }
                 let points = bins.row_points(row, cells, is_opposite, max_z);
