@@ -127,8 +127,7 @@ const EXAMPLES: &str = "\
 Examples:
   aogrid bake-surface robot.glb -o robot-ao.glb --ground
   aogrid bake-surface robot.glb -o robot-ao.glb --at texels --size 2048
-  aogrid bake-surface low.obj -o low-ao.png --high sculpt.obj --bent-normals low-bent.png
-  aogrid bake-surface assets/table.obj -o faces.ply --at faces --directions rejection --weights uniform";
+  aogrid bake-surface low.obj -o low-ao.png --high sculpt.obj --bent-normals low-bent.png";
 
 /// The place of values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
