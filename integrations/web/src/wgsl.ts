@@ -1,3 +1,3 @@
 /** The shading library in WGSL. Its functions and structs have the prefix `aogrid`. */
 
-export { ENVIRONMENT, SHADING, VOLUMES } from './generated/wgsl.js';
+export { ENVIRONMENT, SHADING, SURFACE, VOLUMES } from './generated/wgsl.js';

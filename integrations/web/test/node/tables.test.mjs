@@ -3,7 +3,7 @@ import { test } from 'node:test';
 
 import { clipTable, overlapTable, transmittanceTable } from '../../dist/index.js';
 import { halfToNumber, toHalf } from '../../dist/half.js';
-import { ENVIRONMENT, SHADING, VOLUMES } from '../../dist/wgsl.js';
+import { ENVIRONMENT, SHADING, SURFACE, VOLUMES } from '../../dist/wgsl.js';
 
 /** Half the distance of half floats in [1/2, 1], for each of two roundings. */
 const TWO_ROUNDINGS = 2 * 2 ** -12;
@@ -45,6 +45,7 @@ test('the shading library is there', () => {
   assert.match(SHADING, /struct AogridOccluder \{/);
   assert.match(SHADING, /fn aogrid_cone\(/);
   assert.match(ENVIRONMENT, /fn aogrid_/);
+  assert.match(SURFACE, /fn aogrid_surface_light/);
   assert.match(VOLUMES, /fn aogrid_/);
 });
 

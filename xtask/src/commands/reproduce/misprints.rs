@@ -46,12 +46,6 @@ pub(super) fn all() -> Vec<Misprint> {
             ),
         },
         uniform_weights(),
-        Misprint {
-            place: "RR-5779, section 5, and the listings of both papers",
-            printed: "The text weighs the axis by f, the listings the normal.",
-            ours: "f weighs the axis.",
-            number: "See the first row for the angle.".to_owned(),
-        },
     ]
 }
 
@@ -66,7 +60,7 @@ fn lerp_order() -> Misprint {
     };
     Misprint {
         place: "RR-5779 and JGT, the listings that clip a cone",
-        printed: "lerp(d, n, f)",
+        printed: "lerp(d, n, f), while the text weighs d by f",
         ours: "lerp(n, d, f): f is the weight of the axis d.",
         number: format!(
             "A cone of fraction {a} at 40° from the normal is not clipped at all: its axis turns by {:.1}° \

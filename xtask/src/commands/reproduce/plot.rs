@@ -18,9 +18,9 @@ pub(super) struct Series {
     pub(super) points: Vec<[f64; 2]>,
 }
 
-const SIZE: [f64; 2] = [640.0, 400.0];
+const SIZE: [f64; 2] = [700.0, 400.0];
 /// The left, right, top and bottom margins of the plot's frame.
-const MARGINS: [f64; 4] = [64.0, 150.0, 16.0, 48.0];
+const MARGINS: [f64; 4] = [64.0, 210.0, 16.0, 48.0];
 
 /// The maximum number of ticks of an axis.
 const MAX_TICKS: usize = 8;

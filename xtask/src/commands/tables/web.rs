@@ -72,6 +72,11 @@ fn shaders() -> String {
             wgsl::ENVIRONMENT,
         ),
         &text(
+            "SURFACE",
+            "The library of baked surfaces: paste it behind SHADING and ENVIRONMENT.",
+            wgsl::SURFACE,
+        ),
+        &text(
             "VOLUMES",
             "The library of volumes around triangles: paste it behind SHADING.",
             wgsl::VOLUMES,
