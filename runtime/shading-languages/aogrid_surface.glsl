@@ -17,14 +17,9 @@ vec3 aogrid_surface_light(AogridEnvironment environment, highp sampler2D map, ve
     return (accessibility * max((_e1 - ((1.0 - accumulated.w) * _e4)), vec3(0.0)));
 }
 
-// The open cone of a surface whose accessibility is weighted by the cosine, 1 - AO. A cone around the
-// normal has the accessibility sin² of its half-angle.
+// The open cone of a surface: around its bent normal, with the share of the hemisphere that its
+// accessibility is. The level of the map is then that of the root of the accessibility (listing 17-5).
 AogridCone aogrid_open_cone(float accessibility, vec3 bent_normal) {
-    return AogridCone(bent_normal, (0.5 - (0.5 * sqrt(clamp((1.0 - accessibility), 0.0, 1.0)))), 1.0);
-}
-
-// The open cone of a surface whose accessibility is the share of its hemisphere, as printed.
-AogridCone aogrid_open_cone_uniform(float accessibility, vec3 bent_normal) {
     return AogridCone(bent_normal, (0.5 * clamp(accessibility, 0.0, 1.0)), 1.0);
 }
 

@@ -17,16 +17,9 @@ float3 aogrid_surface_light(AogridEnvironment environment, Texture2D<float4> map
     return (accessibility * max((_e1 - ((1.0 - accumulated.w) * _e4)), ZeroValuefloat3()));
 }
 
-// The open cone of a surface whose accessibility is weighted by the cosine, 1 - AO. A cone around the
-// normal has the accessibility sin² of its half-angle.
+// The open cone of a surface: around its bent normal, with the share of the hemisphere that its
+// accessibility is. The level of the map is then that of the root of the accessibility (listing 17-5).
 AogridCone aogrid_open_cone(float accessibility, float3 bent_normal)
-{
-    const AogridCone aogridcone = ConstructAogridCone(bent_normal, (0.5 - (0.5 * sqrt(saturate((1.0 - accessibility))))), 1.0);
-    return aogridcone;
-}
-
-// The open cone of a surface whose accessibility is the share of its hemisphere, as printed.
-AogridCone aogrid_open_cone_uniform(float accessibility, float3 bent_normal)
 {
     const AogridCone aogridcone = ConstructAogridCone(bent_normal, (0.5 * saturate(accessibility)), 1.0);
     return aogridcone;
