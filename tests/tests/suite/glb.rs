@@ -109,7 +109,7 @@ fn other_programs_read_models_with_grids() {
     let Some(node) = node() else { return };
     let (occluders, out) = attached_grids();
     let found = found(node, &out);
-    // What the validator says of any extension that it does not know, and of what only that uses.
+    // The messages of the validator about any extension that it does not know, and about what only that uses.
     assert_eq!(
         found["codes"],
         json!(["UNSUPPORTED_EXTENSION", "UNUSED_OBJECT"])

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::flipbook::{self, Layout};
 use crate::commands::info::GridJson;
 
-/// What a reader of an exported texture needs besides it.
+/// The facts that a reader of an exported texture needs besides it.
 #[derive(Serialize)]
 pub(super) struct Sidecar {
     /// A channel of the texture for each value, in order.
