@@ -104,7 +104,7 @@ impl EdgeStatistics {
                     let is_consistent = one_way != other_way;
                     silhouette_share((if is_consistent { angle } else { PI - angle }) / PI)
                 }
-                // Of one triangle it is always a silhouette, of several nearly always.
+                // An edge of one triangle is always a silhouette, one of several nearly always.
                 _ => 1.0,
             };
             let [a, b] = same[0].0.map(position);

@@ -84,7 +84,7 @@ pub(super) fn distinct_triangles(mesh: &TriangleMesh) -> (Vec<u32>, Vec<u32>) {
     let facing = |idx: u32| {
         let corners = mesh.triangles()[idx as usize].map(position_bits);
         let ascending = [[0, 1], [1, 2], [2, 0]].map(|[a, b]| corners[a] < corners[b]);
-        // Of three different corners in a circle, one or two pairs ascend.
+        // One or two of the pairs of three different corners in a circle ascend.
         ascending.into_iter().filter(|ascends| *ascends).count() == 2
     };
     let (mut distinct, mut two_sided) = (Vec::with_capacity(keyed.len()), Vec::new());

@@ -40,6 +40,9 @@ impl Verdict {
     }
 }
 
+/// The RMSE of AO up to which two pictures look alike beside each other.
+pub(super) const SIMILAR: f64 = 0.05;
+
 /// A table with a heading for each column.
 pub(super) struct Table {
     pub(super) header: Vec<String>,

@@ -1,7 +1,7 @@
 //! Shading: boundary treatment, occlusion alone and with normals, blending, merging, light.
 
 use super::Figure;
-use crate::commands::reproduce::finding::{Finding, Results, Table, Verdict};
+use crate::commands::reproduce::finding::{Finding, Results, SIMILAR, Table, Verdict};
 use crate::commands::reproduce::steps::Step;
 
 pub(super) fn figures(error: f64) -> Vec<Figure> {
@@ -102,7 +102,7 @@ fn figures_12_13(error: f64) -> Figure {
         judge: |_| {
             Ok(Finding::new(
                 Verdict::Partly,
-                "Left: ray tracing; middle: light removed by direction; right: darkened by 1 − AO. The \
+                "Judged by eye. Left: ray tracing; middle: light removed by direction; right: darkened by 1 − AO. The \
                  colors are right in kind: red and blue stay on their sides. The printed difference B − A \
                  is wrong by the factor that A lacks: it is zero under a constant sky. The mean radiance A \
                  of the cone must be weighted by its share, AO."
@@ -127,7 +127,7 @@ fn figure_17(error: f64) -> Figure {
         judge: |_| {
             Ok(Finding::new(
                 Verdict::Holds,
-                "Left: ray-traced direct and ambient light; right: the same direct light, with the \
+                "Judged by eye. Left: ray-traced direct and ambient light; right: the same direct light, with the \
                  ambient light darkened by the grid. The contact shadow at the foot of the box, which no \
                  soft shadow of the light has, is there in both."
                     .to_owned(),
@@ -210,9 +210,6 @@ fn directions(results: &Results) -> anyhow::Result<Finding> {
     )?);
     Ok(finding)
 }
-
-/// The RMSE up to which two pictures look alike beside each other.
-const SIMILAR: f64 = 0.05;
 
 fn robot(results: &Results) -> anyhow::Result<Finding> {
     let multiplied = results.rmse("paper", 0)?;
